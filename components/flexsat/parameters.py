@@ -13,7 +13,7 @@ from .controller_weights import DEFAULT_DESIGN as DEFAULT_DESIGN
 from .controller_weights import ConfigurationName as ConfigurationName  # parameters are read here
 from .controller_weights import ControllerDesign as ControllerDesign
 from .controller_weights import Weights as Weights
-from .quantities import PERIOD, POSITIVE, Range, check_ranges
+from .quantities import NOT_NEGATIVE, PERIOD, POSITIVE, Range, check_ranges
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
 DEGREE = math.pi / 180.0  # rad
@@ -236,6 +236,11 @@ class SpeedSelection:
     highest: Annotated[float, "Hz", POSITIVE] = 100.0
     points: Annotated[int, "1", POSITIVE] = 1000
     window: Annotated[float, "Hz", POSITIVE] = 50.0 / 60.0
+    avoid_crossings: bool = False  # whether each wheel's band lies between crossings of the Campbell diagram
+    clearance: Annotated[float, "Hz", NOT_NEGATIVE] = 5.0 / 60.0  # of such a band to a crossing
+    crossing_response: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = (
+        0.01  # share of the strongest crossing of the wheel: weaker ones do not count
+    )
 
     def __post_init__(self) -> None:
         check_ranges(self)

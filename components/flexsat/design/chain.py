@@ -28,7 +28,8 @@ from ..runtime.sensor_parameters import SensorMatrices
 from ..spacecraft.assembly import Spacecraft, build_spacecraft
 from ..spacecraft.linear_model import LinearModel, linearise
 from ..spacecraft.variation import keep_modes, modes_of_design, with_modes
-from ..spacecraft.wheel_speeds import WheelResponse, select_speeds
+from ..spacecraft.wheel_bands import Banded, choose_bands
+from ..spacecraft.wheel_speeds import WheelResponse
 from .dominant_pole import dominant_pole
 from .estimator import Estimator, assumed_by_filter, design_estimator, measurement_noise
 from .jitter_cancellation import MODES, jitter_torque
@@ -146,7 +147,9 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     if as_published and config.release is None:
         raise ValueError(f"as_published: {config.name} has no published release; it flies without it")
     release = config.release if as_published else None
-    structure, response = _structure(replace(config, weights=Weights()), as_published)
+    banded = _structure(replace(config, weights=Weights()), as_published)
+    structure, response = banded.spacecraft, banded.response
+    config = replace(config, wheels=banded.config.wheels)
     spacecraft = keep_modes(structure, modes_of_design(structure, config.modes))
     noise, period, wheels = config.noise, config.rates.controller, config.wheel_set
     model = linearise(spacecraft, response.nominal, noise.filter_frequency)
@@ -275,10 +278,9 @@ def _nominal_errors(config: Configuration) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=4)  # the controllers of a configuration share it
-def _structure(config: Configuration, as_published: bool) -> tuple[Spacecraft, WheelResponse]:
+def _structure(config: Configuration, as_published: bool) -> Banded:
     """Return the plant's spacecraft and the wheel speeds at which it is quiet; the weights do not matter."""
-    structure = build_spacecraft(config, as_published)
-    return structure, select_speeds(structure, config.speeds)
+    return choose_bands(config, build_spacecraft(config, as_published))
 
 
 def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:

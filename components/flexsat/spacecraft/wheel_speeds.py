@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from ..arrays import Array, Complex
+from ..arrays import Array, Complex, Flags
+from ..description.wheel_set import WheelSet
 from ..parameters import RPM, SpeedSelection
 from .assembly import Spacecraft
 
@@ -22,6 +24,7 @@ class WheelResponse:
     response: Array  # (n, k): peak modal velocity per unit (rad/s -> Hz)^2, [m sqrt(kg)/s Hz2]
     worst: Array  # (n, k): moving maximum over the band
     nominal: Array  # (n,) [rad/s]
+    gap: Array | None = None  # (n, 2) [rad/s]: crossings either side of each band; None: they are not avoided
 
 
 def imbalance_response(spacecraft: Spacecraft, frequency: Array, imbalance: Array | None = None) -> Array:
@@ -86,10 +89,19 @@ def speed_grid(selection: SpeedSelection) -> tuple[Array, int]:
     return hertz, window
 
 
-def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelResponse:
+def select_speeds(
+    spacecraft: Spacecraft, selection: SpeedSelection, allowed: Callable[[Array], Flags] | None = None
+) -> WheelResponse:
     """Choose each wheel's nominal speed: the minimum of the response times speed squared, worst over its band.
 
     Source: P, section 4, and its release for the grid of 1000 speeds and the window of 50 rpm.
+
+    Parameters
+    ----------
+    spacecraft : with all its modes
+    selection : of speeds
+    allowed : from speeds (k,) [rad/s] to which of them each wheel may have, (n, k); None: all. A wheel that may have
+        none gets any
 
     Raises
     ------
@@ -102,6 +114,8 @@ def select_speeds(spacecraft: Spacecraft, selection: SpeedSelection) -> WheelRes
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)
     worst = _within_limits(spacecraft, 2.0 * np.pi * hertz, worst, inner)
+    if allowed is not None:
+        worst = np.where(allowed(2.0 * np.pi * hertz), worst, np.inf)
     least = worst[:, inner].min(axis=1, keepdims=True)
     best = margin + np.argmax(worst[:, inner] <= (1.0 + TIE) * least, axis=1)  # the first of those alike
     return WheelResponse(speed=2.0 * np.pi * hertz, response=response, worst=worst, nominal=2.0 * np.pi * hertz[best])
@@ -111,13 +125,18 @@ def _all_harmonics(spacecraft: Spacecraft, hertz: Array) -> Array:
     """Return the root sum square of the responses to each harmonic, (n, k), for wheels at speeds (k,) [Hz]."""
     wheels, response = spacecraft.wheel_set, imbalance_response(spacecraft, 2.0 * np.pi * hertz)
     for order in sorted(set(wheels.harmonic_order.ravel().tolist())):
-        force, torque = (
-            np.sqrt(np.sum(np.where(wheels.harmonic_order == order, size, 0.0) ** 2, axis=1))
-            for size in (wheels.harmonic_force, wheels.harmonic_torque)
-        )
-        imbalance = np.concatenate([force, force, torque, torque])
+        imbalance = harmonic_imbalance(wheels, order)
         response = np.hypot(response, imbalance_response(spacecraft, order * 2.0 * np.pi * hertz, imbalance))
     return response
+
+
+def harmonic_imbalance(wheels: WheelSet, order: float) -> Array:
+    """Return the imbalance of the harmonics of an order beside the first, (4 n,), in the order of jitter."""
+    force, torque = (
+        np.sqrt(np.sum(np.where(wheels.harmonic_order == order, size, 0.0) ** 2, axis=1))
+        for size in (wheels.harmonic_force, wheels.harmonic_torque)
+    )
+    return np.concatenate([force, force, torque, torque])
 
 
 def _within_limits(spacecraft: Spacecraft, speed: Array, worst: Array, inner: slice) -> Array:

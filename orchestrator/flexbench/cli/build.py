@@ -10,7 +10,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
-from lockstep.cli.outcome import suggest
+from lockstep.cli.outcome import remark, suggest
 from lockstep.cli.parameter_types import PATH, SomeOf
 from lockstep.errors import InputError
 
@@ -67,6 +67,7 @@ def build(
 ) -> int:
     """Build the FMUs, system files, packages and the interface document of each configuration, or spacecraft's file."""
     from ..loop.build import build_all, build_files
+    from ..loop.build_manifest import earlier_folders
     from ..studies.margins.design_notes import design_notes
 
     if platforms and no_native and not fmi3:
@@ -90,6 +91,8 @@ def build(
 
         in_c = {"native": not no_native, "fmi3": fmi3, "platforms": options["platforms"]}
         write_all_missions(configurations(configuration), files, out, **in_c)
+    for left in earlier_folders(out):
+        remark(f"{left}: FMUs of an earlier build, as they were; the options that made them make them anew")
     print(f"built in {perf_counter() - started:.1f} s")
     first = files[0].stem if files else configurations(configuration)[-1]
     native_run = "" if no_native else " --native"

@@ -20,12 +20,12 @@ from flexbench.studies.waterfall.campbell import (
     campbell,
     harmonic_deformation,
     imbalance_deformation,
-    modal_frequencies,
 )
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from lockstep.errors import InputError
 
 from .drawing import AXES, STYLE, WIDTH, axis_name
@@ -45,6 +45,7 @@ FIRST: dict[str, Any] = {"color": PURPLE, "linewidth": 1.8}
 MODE: dict[str, Any] = {"color": "white", "linewidth": 0.45, "alpha": 0.7}
 SIZES = {"x": 8.5, "y": 6.5, "z": 5.5}  # points: wheels about different axes have chosen the same speed
 MARK: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.6}
+GAP: dict[str, Any] = {"linestyle": "none", "marker": "|", "markersize": 11.0, "markeredgewidth": 1.4, "zorder": 3.8}
 NOT_SEARCHED: dict[str, Any] = {"facecolor": "none", "edgecolor": "0.75", "hatch": "////", "linewidth": 0.0}
 
 
@@ -53,8 +54,8 @@ def campbell_diagram(designs: Mapping[ConfigurationName, Design]) -> Figure:
 
     Above, colour is the deformation that the imbalance of one wheel would make if its force and torque at that speed
     acted at that frequency, for the wheel where it is largest; the first harmonic acts on its line, on which the
-    wheels' chosen speeds and allowed bands stand. Below, what it makes there, wheel by wheel. All wheels turn at the
-    same speed, for the gyroscopic terms.
+    wheels' chosen speeds and allowed bands stand, and the crossings either side of bands that avoid them. Below, what
+    it makes there, wheel by wheel. All wheels turn at the same speed, for the gyroscopic terms.
 
     Parameters
     ----------
@@ -144,6 +145,9 @@ def _draw_chosen(upper: Axes, lower: Axes, design: Design) -> None:
         style["label"] = f"chosen, about {name}"
         upper.hlines(speed / 60.0, speed - band, speed + band, color=look.colour, linewidth=2.2, zorder=3.5)
         upper.plot(speed, speed / 60.0, **style)
+        if design.response.gap is not None:
+            ends = design.response.gap[wheels].ravel() / RPM
+            upper.plot(ends, ends / 60.0, label=f"gap, about {name}", **(GAP | {"color": look.colour}))
         lower.plot(speed, made, **style)
         for value, width in sorted(set(zip(speed.tolist(), band.tolist(), strict=True))):
             lower.axvspan(value - width, value + width, color=look.colour, alpha=0.12, linewidth=0.0)

@@ -10,9 +10,9 @@ from matplotlib.ticker import NullLocator
 
 from flexbench.studies.spectra.channels import CHANNELS, Channel, RunSpectra
 from flexbench.studies.spectra.welch import Spectrum
-from flexbench.studies.waterfall.campbell import modal_frequencies
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 
 from .drawing import AXES, STYLE, WIDTH
 from .palette import PURPLE

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from flexbench.studies.waterfall.campbell import modal_frequencies
 from flexbench.studies.waterfall.crossings import Crossing
 from flexbench.studies.waterfall.sweep import Waterfall, predict
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 
 from .drawing import LOOKS, STYLE, WIDTH
 from .palette import PURPLE, SKY_BLUE, VERMILLION

@@ -11,6 +11,7 @@ from flexsat.description.spacecraft_file import SpacecraftFile
 from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build import Parts, build_configuration, configuration_parts
+from flexsat.fmu.build_missions import FOLDER as MISSIONS
 from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.native.compilers import check_compilers
@@ -26,7 +27,7 @@ from lockstep.ssp.traceability import srmd_bytes
 from ..html.document import as_markdown
 from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
-from .build_manifest import MANIFEST, describe_configuration, versions, write_manifest
+from .build_manifest import EARLIER, MANIFEST, describe_configuration, versions, write_manifest
 from .properties import bias_line
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from .spacecraft import FILE, design_file, read_file
@@ -202,7 +203,11 @@ def _build_each(
     manifest = write_manifest(folder, entries)
     print_line(str(folder / MANIFEST))
     return {
-        name: [(file, fmu["guid"], fmu["sha256"]) for file, fmu in entry["fmus"].items()]
+        name: [
+            (file, fmu["guid"], fmu["sha256"])
+            for file, fmu in entry["fmus"].items()
+            if not fmu.get(EARLIER) and file.split("/")[1] != MISSIONS  # these have a document of their own
+        ]
         for name, entry in manifest["configurations"].items()
     }
 

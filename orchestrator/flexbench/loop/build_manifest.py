@@ -19,6 +19,7 @@ from flexsat.parameters import Aperture, ConfigurationName
 from .scenarios import SCENARIOS, scenario_parameters
 
 MANIFEST = "manifest.json"
+EARLIER = "earlier_build"  # marks a file that the last build of its configuration did not make
 # packages that the content of an FMU depends on
 PACKAGES = ("flexsat", "numpy", "scipy", "control", "clarabel", "pythonfmu", "matplotlib", "jinja2")
 
@@ -61,11 +62,16 @@ def _parameters(config: Configuration) -> dict[str, Any]:
 
 
 def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, Any]]) -> dict[str, Any]:
-    """Write the manifest and return it. Entries of earlier builds are kept if their files are unchanged."""
+    """Write the manifest and return it. What earlier builds left is kept if its files are unchanged.
+
+    Of a configuration that is built anew it is marked: a build without missions leaves those of an earlier one.
+    """
     path = folder / MANIFEST
     configurations: dict[str, Any] = dict(entries.items())
     for name, entry in _configurations(path).items():
-        if name not in configurations and _unchanged(folder, entry):
+        if name in entries:
+            configurations[name] = _with_earlier(folder, entries[name], entry)
+        elif _unchanged(folder, entry):
             configurations[name] = entry
     content = {
         "format": 1,
@@ -88,6 +94,28 @@ def add_to_manifest(
     )
 
 
+def earlier_folders(folder: Path) -> list[Path]:
+    """Return the folders with FMUs that the last build of their configuration left as they were."""
+    entries = _configurations(folder / MANIFEST).values()
+    return sorted(
+        {folder / file.rpartition("/")[0] for one in entries for file, facts in one["fmus"].items() if EARLIER in facts}
+    )
+
+
+def _with_earlier(folder: Path, entry: dict[str, Any], before: Any) -> dict[str, Any]:
+    """Return an entry with the files of another that it lacks and that are as they were, marked."""
+    kept = {}
+    for part in ("fmus", "files"):
+        listed = before.get(part) if isinstance(before, dict) else None
+        left = {
+            file: facts | {EARLIER: True}
+            for file, facts in (listed if isinstance(listed, dict) else {}).items()
+            if file not in entry[part] and isinstance(facts, dict) and _unchanged(folder, {"fmus": {file: facts}})
+        }
+        kept[part] = {**entry[part], **left}
+    return entry | kept
+
+
 def _configurations(path: Path) -> dict[str, Any]:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))["configurations"]
@@ -98,7 +126,7 @@ def _configurations(path: Path) -> dict[str, Any]:
 
 def _unchanged(folder: Path, entry: Any) -> bool:
     try:
-        listed = {**entry["fmus"], **entry["files"]}
+        listed = {**entry["fmus"], **entry.get("files", {})}
         return all(_sha256(folder / name) == facts["sha256"] for name, facts in listed.items())
     except (OSError, KeyError, TypeError, AttributeError):
         return False

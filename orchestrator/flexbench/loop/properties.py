@@ -14,7 +14,7 @@ from flexsat.parameters import DEFAULT_DESIGN, RPM
 from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
 from flexsat.spacecraft.properties import Envelope, ModeTable, envelope, mode_table
 from flexsat.spacecraft.variation import modes_of_design
-from flexsat.spacecraft.wheel_speeds import select_speeds
+from flexsat.spacecraft.wheel_bands import choose_bands
 from lockstep.errors import InputError
 
 MODES_HEADER = ("mode", "clamped [Hz]", "mass x, y, z [%]", "inertia x, y, z [%]", "known", "free [Hz]",
@@ -35,18 +35,19 @@ class Properties:
     torque: Envelope  # of the wheels at their limits [N.m]
     momentum: Envelope  # of the wheels at the ends of their speed bands [N.m.s]
     nominal_speed: Array  # (n,) [rad/s]
+    gap: Array | None  # (n, 2) [rad/s], crossings either side of each band, where bands avoid them
     net_momentum: Array  # (3,) [N.m.s], of all wheels at their nominal speeds
 
 
 def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
     """Return what a spacecraft is; raise InputError, which names it, if no nominal speeds can be chosen."""
     config = spacecraft.configurations[DEFAULT_DESIGN]
-    craft = build_spacecraft(config)
-    wheels = craft.wheel_set
     try:
-        nominal = select_speeds(craft, config.speeds).nominal
+        banded = choose_bands(config, build_spacecraft(config))
     except ValueError as error:
         raise InputError(f"{name}: {error}") from None
+    craft, nominal = banded.spacecraft, banded.response.nominal
+    wheels = craft.wheel_set
     return Properties(
         config=config,
         craft=craft,
@@ -55,6 +56,7 @@ def properties_of(spacecraft: SpacecraftFile, name: str) -> Properties:
         torque=envelope(craft.wheels.axis * wheels.torque_limit[:, np.newaxis]),
         momentum=envelope(craft.wheels.axis * (wheels.inertia * wheels.speed_band)[:, np.newaxis]),
         nominal_speed=nominal,
+        gap=banded.response.gap,
         net_momentum=net_momentum(craft, nominal),
     )
 
@@ -88,6 +90,7 @@ def property_lines(found: Properties) -> Iterator[str]:
     speeds = found.nominal_speed / RPM
     band = _span(wheels.speed_band / RPM, 1)
     yield f"nominal wheel speeds {speeds.min():.1f} to {speeds.max():.1f} rpm, +-{band} rpm"
+    yield from _gap_lines(found)
     yield f"net momentum of the wheels there {_vector(found.net_momentum)} N.m.s"
     for what, unit, reach in (("torque", "N.m", found.torque), ("momentum", "N.m.s", found.momentum)):
         yield (
@@ -99,6 +102,18 @@ def property_lines(found: Properties) -> Iterator[str]:
     modes = found.modes
     share = [_vector(100.0 * part.sum(axis=1)) for part in (modes.effective_mass, modes.effective_inertia)]
     yield f"all {craft.mode_count} modes: effective mass x, y, z {share[0]} %, effective inertia {share[1]} %"
+
+
+def _gap_lines(found: Properties) -> Iterator[str]:
+    """Yield a line for the wheels of each gap between crossings, where bands avoid them."""
+    if found.gap is None:
+        return
+    bands, texts = found.craft.wheel_set.speed_band / RPM, dict[str, list[int]]()
+    for k, (speed, gap) in enumerate(zip(found.nominal_speed / RPM, found.gap / RPM, strict=True)):
+        text = f"{speed:.1f} +-{bands[k]:.1f} rpm, between {gap[0]:.1f} and {gap[1]:.1f} rpm"
+        texts.setdefault(text, []).append(k + 1)
+    for text, numbers in texts.items():
+        yield f"wheel{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}: {text}"
 
 
 def mode_rows(found: Properties, count: int) -> Iterator[tuple[str, ...]]:

@@ -50,7 +50,7 @@ def convert(
             scalar_first=entry.scalar == "first",
         )
         then(*_attitude(quaternions, ports, variables))
-        matrix = quaternions if (ports, variables) == (4, 4) else None  # an MRP is no linear function of anything
+        matrix = _linear(quaternions, ports, variables)
     if entry.frame is not None:
         frame = np.array(entry.frame)
         then(lambda vector: frame @ vector, lambda vector: frame.T @ vector)
@@ -92,6 +92,20 @@ def _chain(maps: Sequence[Map]) -> Map:
         return values
 
     return chain
+
+
+def _linear(quaternions: Array, ports: int, variables: int) -> Array | None:
+    """Return the matrix between attitudes of two conventions; None where they are no linear functions of each other.
+
+    A quaternion is of a quaternion. An MRP is of an MRP where the scalar stays: the same frames, the other direction,
+    or one rotation of both frames. MRPs of the short rotation, as all ports have them, stay that.
+    """
+    if (ports, variables) == (4, 4):
+        return quaternions
+    sign = quaternions[3, 3]  # q and -q are one rotation
+    if (ports, variables) != (3, 3) or not np.allclose(np.abs(quaternions[3]), [0.0, 0.0, 0.0, 1.0], atol=1e-15):
+        return None
+    return np.asarray(sign * quaternions[:3, :3])
 
 
 def _attitude(quaternions: Array, ports: int, variables: int) -> tuple[Map, Map]:

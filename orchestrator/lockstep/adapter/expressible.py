@@ -1,7 +1,7 @@
 """Decide which adapter entries can be written as SSP connections: each FMU variable from one interface port.
 
 SSP has linear transformations of single numbers, and tables for Integers and Booleans. So a connection can rename,
-permute, scale, shift, change signs and units, conjugate a quaternion and number a flag. It cannot mix elements, as a
+permute, scale, shift, change signs and units, invert an attitude and number a flag. It cannot mix elements, as a
 rotation does, nor hold a value.
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,9 +18,10 @@ from flexbench.figures import campbell as figure_module
 from flexbench.figures.campbell import FASTEST, HARMONIC_SPEEDS, MAP_SPEEDS, campbell_diagram
 from flexbench.figures.drawing import AXES, axis_name
 from flexbench.figures.figure_lists import design_figures
-from flexbench.studies.waterfall.campbell import harmonic_deformation, imbalance_deformation, modal_frequencies
+from flexbench.studies.waterfall.campbell import harmonic_deformation, imbalance_deformation
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import RPM
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 
 HERTZ = 2.0 * np.pi
 
@@ -68,6 +70,17 @@ def test_campbell_draws_modes_harmonic_and_chosen_speeds(campbell: Figure, desig
             (bands,) = [one for one in lines if np.allclose(one.get_edgecolor(), to_rgba(AXES[name].colour))]
             reach = np.array(bands.get_segments())
             assert_allclose(reach[:, :, 0], np.column_stack([speed - 25.0, speed + 25.0]), rtol=1e-12)
+
+
+def test_campbell_marks_the_crossings_either_side_of_bands_that_avoid_them(designs: Any, points: Any):
+    design, gap = designs["centralised"], np.array([[300.0, 450.0], [310.0, 460.0], [200.0, 260.0]] * 2)
+    avoiding = replace(design, response=replace(design.response, gap=gap * RPM))
+    upper, lower = Figure().subplots(2)
+    figure_module._draw_chosen(upper, lower, avoiding)
+    for row, name in enumerate("xyz"):
+        drawn = points(upper, f"gap, about {name}")
+        assert_allclose(drawn[:, 0], np.tile(gap[row], 2), rtol=1e-12)
+        assert_allclose(drawn[:, 1], drawn[:, 0] / 60.0, rtol=1e-12)
 
 
 def test_campbell_marks_the_speeds_of_the_mesh_of_record(campbell: Figure, points: Any):

@@ -14,7 +14,7 @@ from pyssp_standard.srmd import SRMD
 
 from flexbench.loop import build
 from flexbench.loop.build import build_all
-from flexbench.loop.build_manifest import MANIFEST
+from flexbench.loop.build_manifest import MANIFEST, earlier_folders
 from flexbench.loop.scenarios import SCENARIOS
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.errors import BuildError
@@ -92,10 +92,12 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
     build_all(("centralised",), tmp_path, lambda _: None)
 
     rebuilt = json.loads((tmp_path / MANIFEST).read_text())
-    for group in ("fmus", "files"):  # its twins were not built again
-        before = manifest["configurations"]["centralised"][group]
-        rebuilt["configurations"]["centralised"][group] |= {k: v for k, v in before.items() if is_twin(k)}
+    for group in ("fmus", "files"):  # its twins were not built again, and are still there
+        listed = rebuilt["configurations"]["centralised"][group]
+        earlier = {name for name, facts in listed.items() if facts.pop("earlier_build", False)}
+        assert earlier == {name for name in manifest["configurations"]["centralised"][group] if is_twin(name)} != set()
     assert rebuilt == manifest
+    assert earlier_folders(tmp_path) == [tmp_path / "centralised" / kind for kind in ("flat", "flat/native", "native")]
     lines = (delivered / "ICD.md").read_text().splitlines()
     assert (tmp_path / "ICD.md").read_text().splitlines() == [
         line for line in lines if "centralised/flat" not in line and "centralised/native" not in line
@@ -119,7 +121,10 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
     reasons = []
     build_all(("centralised",), tmp_path, lambda _: None, native=True, without_native=reasons.append)
     assert reasons == ["cc cannot compile plant_centralised: no"]
-    assert "native" not in (tmp_path / MANIFEST).read_text()
+    entry = json.loads((tmp_path / MANIFEST).read_text())["configurations"]["centralised"]
+    in_c = [facts for part in ("fmus", "files") for name, facts in entry[part].items() if "native" in name]
+    assert in_c
+    assert all(facts["earlier_build"] for facts in in_c)
 
 
 def test_fmus_of_fmi_3_have_a_folder_with_systems_in_the_manifest(delivered, tmp_path, manifest, monkeypatch):

@@ -122,8 +122,27 @@ def test_mrp_port_is_replaced_by_a_quaternion(bound):
     np.testing.assert_allclose(found, one.conversion.to_fmu(mrp), rtol=1e-15, atol=1e-16)
 
 
+@pytest.mark.parametrize(
+    "keys",
+    ["", 'direction = "inertial-from-body"', f"body_frame = {HALF_TURN}\ninertial_frame = {HALF_TURN}"],
+    ids=["as drafted", "other direction", "both frames turned"],
+)
+def test_mrp_is_written_where_it_is_linear(bound, keys):
+    """The same frames turned alike: the rotation's vector is turned, its angle stays."""
+    one = bound("input", f'port = "mrp"\nvariable = "s[*]"\nattitude = "mrp"\n{keys}')
+    mrp = np.array([0.1, -0.2, 0.3])
+    found = np.zeros(3)
+    for pair in pairs(one):
+        found[pair.variable] = pair.factor * mrp[pair.port] + pair.offset
+
+    np.testing.assert_allclose(found, one.conversion.to_fmu(mrp), rtol=4e-16, atol=1e-16)  # by way of a quaternion
+
+
 REFUSED = {
-    "MRP to MRP": ('port = "mrp"\nvariable = "s[*]"\nattitude = "mrp"', "no linear functions"),
+    "MRP in another body frame": (
+        f'port = "mrp"\nvariable = "s[*]"\nattitude = "mrp"\nbody_frame = {HALF_TURN}',
+        "no linear functions",
+    ),
     "frame": (
         f'port = "rate"\nvariable = "w[*]"\nframe = {OBLIQUE}',
         "element 1 of the variable is made of 2",

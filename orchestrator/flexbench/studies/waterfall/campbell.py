@@ -10,16 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from flexsat.arrays import Array
 from flexsat.runtime.rotations import skew
 from flexsat.spacecraft.assembly import Spacecraft
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from lockstep.errors import InputError
 
 Complex = NDArray[np.complex128]
-RIGID = 6
-REDUCED = 2.0  # modes further away than this factor change a frequency by less than 2e-4 of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,31 +62,6 @@ def harmonic_deformation(spacecraft: Spacecraft, speed: Array) -> Array:
     speed : (k,) [rad/s], of all wheels
     """
     return np.array([imbalance_deformation(spacecraft, w, np.array([w]))[:, 0] for w in speed.tolist()]).T
-
-
-def modal_frequencies(spacecraft: Spacecraft, speed: Array, highest: float = np.inf) -> Array:
-    """Return the damped frequencies of the flexible modes of the free spacecraft, (m, k) [rad/s], lowest first.
-
-    Parameters
-    ----------
-    spacecraft : of one configuration
-    speed : (k,) [rad/s], of all wheels
-    highest : [rad/s]; modes that are slower at rest are returned, computed with those up to REDUCED times as fast
-    """
-    stiffness, mass = np.diag(_stiffness(spacecraft)), spacecraft.mass_matrix
-    square, shapes = eigh(np.diag(stiffness), mass)
-    at_rest = np.sqrt(square[RIGID:])
-    kept = RIGID + int(np.searchsorted(at_rest, REDUCED * highest))
-    count = int(np.searchsorted(at_rest, highest))
-    shapes = shapes[:, :kept]
-    restoring, damping = np.diag(np.concatenate([np.zeros(RIGID), square[RIGID:kept]])), _damping(spacecraft)
-    found = np.empty((count, len(speed)))
-    for k, w in enumerate(speed.tolist()):
-        velocity = shapes.T @ (damping + _gyroscopic(spacecraft, w)) @ shapes
-        state = np.block([[np.zeros((kept, kept)), np.eye(kept)], [-restoring, -velocity]])
-        # rigid motion and precession are slower
-        found[:, k] = np.sort(np.linalg.eigvals(state).imag)[RIGID - kept :][:count]
-    return found
 
 
 def imbalance_deformation(spacecraft: Spacecraft, speed: float, frequency: Array) -> Array:
@@ -194,15 +167,3 @@ def _mount_rates(spacecraft: Spacecraft, speed: float) -> tuple[Array, Array]:
         there = spacecraft.mount_of_wheel == mount
         torques.append(-skew(speed * spacecraft.wheel_set.inertia[there] @ spacecraft.wheels.axis[there]))
     return _lever(spacecraft), np.array(torques)
-
-
-def _stiffness(spacecraft: Spacecraft) -> Array:
-    return np.diag(np.concatenate([np.zeros(RIGID), spacecraft.frequency**2]))
-
-
-def _damping(spacecraft: Spacecraft) -> Array:
-    return np.diag(np.concatenate([np.zeros(RIGID), spacecraft.damping]))
-
-
-def _gyroscopic(spacecraft: Spacecraft, speed: float) -> Array:
-    return spacecraft.gyroscopic_matrix(spacecraft.wheel_set.inertia * speed)

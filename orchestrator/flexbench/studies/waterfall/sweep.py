@@ -17,6 +17,7 @@ import numpy as np
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from lockstep import InputError, load_system, read_signals
 
 from ...engine.jobs import Job, run_jobs
@@ -25,7 +26,7 @@ from ...loop.loop_parts import loop_parts
 from ...loop.spacecraft import designs_for
 from ...runs.json_file import read_table, write_json
 from ..spectra.welch import estimate, noise_bandwidth
-from .campbell import imbalance_deformation, modal_frequencies
+from .campbell import imbalance_deformation
 from .crossings import Crossing, find_crossings
 
 RESULT = "waterfall.json"

@@ -11,11 +11,11 @@ from flexbench.studies.waterfall.campbell import (
     campbell,
     harmonic_deformation,
     imbalance_deformation,
-    modal_frequencies,
 )
 from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.parameters import ALL_MODES, RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from flexsat.spacecraft.linear_model import linearise
 from flexsat.spacecraft.variation import full_spacecraft
 from flexsat.spacecraft.wheel_speeds import select_speeds

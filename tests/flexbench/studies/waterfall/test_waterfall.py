@@ -14,11 +14,11 @@ from flexbench.cli.parser import main
 from flexbench.figures.waterfall import allowed_bands, waterfall_figure
 from flexbench.report.sections.waterfall import waterfall_blocks
 from flexbench.studies.waterfall import Waterfall, find_crossings
-from flexbench.studies.waterfall.campbell import modal_frequencies
 from flexbench.studies.waterfall.sweep import crossing_deformation, predict, write_waterfall
 from flexbench.studies.waterfall.tables import flagged_rows
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import RPM
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from lockstep import read_signals
 
 
