@@ -16,11 +16,12 @@ from lockstep import InputError
 from .covariance import FilterCovariance, filter_covariance
 from .replay import Replay
 from .slow_errors import SETTLED as SLOW_SETTLED
-from .slow_errors import groups, slow_covariance
+from .slow_errors import block_means, groups, slow_covariance
 from .statistics import Average, autocorrelation, average, normalised, portmanteau, whiteness_bound
 
 SETTLED = 20.0  # s: the filter starts at zero, not in its steady state
 LONGER = 2.0  # s, shortest time that is judged: four times the longest lag
+MEANS = 1.0  # s: several periods of the slowest wheel, and short against the errors of torque and biases
 LAGS = 100  # of the autocorrelation: half a second
 SIGNIFICANT = 0.01  # p-value below which a channel is not white
 
@@ -115,7 +116,9 @@ def analyse(replays: Mapping[int, Replay], design: Design, settled_from: float =
 def _slow_errors(runs: Sequence[Replay], design: Design) -> tuple[dict[str, Average], float | None]:
     """Average over time and seeds, from where the filter of torque and biases has settled; each seed is one sample.
 
-    With it, for runs that end before, the time [s] that is needed.
+    Means of the errors over a second are judged too: the filter takes gyros for those of a rigid body, so that its
+    estimates follow the vibration at the wheels' harmonics, which its covariance does not count. With it, for runs that
+    end before, the time [s] that is needed.
     """
     given = [run.slow for run in runs if run.slow is not None]
     if not given:
@@ -127,9 +130,11 @@ def _slow_errors(runs: Sequence[Replay], design: Design) -> tuple[dict[str, Aver
     found = {}
     for name, part in groups(given[0].choice, given[0].error.shape[1] - TORQUES).items():
         inside = known.covariance[part, part]
-        squares = [np.sum(normalised(slow.error[run.time >= start, part], inside) ** 2, axis=1)
-                   for run, slow in zip(runs, given, strict=True)]  # fmt: skip
-        found[name] = average(np.array([np.mean(one) for one in squares]), part.stop - part.start)
+        judged = [slow.error[run.time >= start, part] for run, slow in zip(runs, given, strict=True)]
+        rows = round(MEANS / design.config.rates.controller)
+        for label, errors in ((name, judged), (f"{name}, 1 s", [block_means(one, rows) for one in judged])):
+            squares = [np.sum(normalised(one, inside) ** 2, axis=1) for one in errors]
+            found[label] = average(np.array([np.mean(one) for one in squares]), part.stop - part.start)
     return found, None
 
 

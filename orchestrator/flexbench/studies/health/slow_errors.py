@@ -89,6 +89,12 @@ def slow_covariance(design: Design, fine: bool, choice: tuple[bool, bool]) -> Sl
     )
 
 
+def block_means(errors: Array, rows: int) -> Array:
+    """Return the means of each `rows` rows of errors, (k, m) to (k // rows, m); what is left at the end is dropped."""
+    whole = len(errors) // rows * rows
+    return np.asarray(errors[:whole].reshape(-1, rows, errors.shape[1]).mean(axis=1))
+
+
 def slow_errors(estimate: Array, torque: Array, biases: Array, choice: tuple[bool, bool]) -> SlowErrors:
     """Return the errors of estimates (rows, 3 + g) against the true torque (rows, 3) and biases (rows, g)."""
     error = estimate - np.hstack([torque, biases])

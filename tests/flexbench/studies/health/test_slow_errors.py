@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from flexbench.studies.health.analysis import analyse
 from flexbench.studies.health.replay import Replay
 from flexbench.studies.health.slow_errors import SlowErrors, slow_covariance, slow_errors, true_biases
+from flexbench.studies.health.statistics import normalised
 from flexbench.studies.health.study import _torque_source
 from flexsat.closed_loop import port_values
 from flexsat.ports import sensors as interface
@@ -82,6 +83,23 @@ def test_errors_of_the_filters_covariance_are_consistent_and_twice_as_large_ones
     short = judged(1.0, end=8.0 * known.time_constant + 1.0)
     assert not {"external torque", "gyro biases"} & set(short.error)
     assert short.needs == pytest.approx(8.0 * known.time_constant + 2.0)
+
+
+def test_vibration_is_left_out_of_means_over_a_second(design):
+    """Biases off by one draw, and a vibration at the wheels' speeds that the filter takes for rate."""
+    known = slow_covariance(design, True, (False, True))
+    time, slow = replay_of(known, (False, True))
+    judged = time >= 8.0 * known.time_constant
+    deviation = np.sqrt(np.diag(known.covariance))
+    slow.error[judged] = slow.error[-1]
+    still = float(np.sum(normalised(slow.error[-1:, 3:], known.covariance[3:, 3:]) ** 2)) / (len(deviation) - 3)
+    vibration = np.sin(2.0 * np.pi * 4.0 * time)[:, np.newaxis] * 1.5 * deviation * np.cos(np.arange(len(deviation)))
+    run = Replay(time=time, phase=np.arange(len(time)) % 20, error=np.ones((len(time), design.model.index.unfiltered)),
+                 innovation=np.random.default_rng(1).standard_normal((len(time), len(design.fine.c))), fine=True,
+                 slow=SlowErrors(error=slow.error + vibration, choice=(False, True)))  # fmt: skip
+    found = analyse({1: run}, design).error
+    assert found["gyro biases"].value > still + 0.4
+    assert found["gyro biases, 1 s"].value == pytest.approx(still, rel=1e-3)  # rows lie 0.01 s apart but for 1/4000
 
 
 def test_the_torque_is_as_slow_as_its_walk_says(design):
