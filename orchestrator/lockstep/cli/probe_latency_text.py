@@ -44,6 +44,11 @@ def as_lines(report: LatencyReport, width: int) -> list[str]:
         lines.append(f"Strings are not changed: {compact(report.texts)}")
     if report.unmoved:
         lines.append(f"nothing answered to: {compact(report.unmoved)}; other values (--set, --amplitude) may excite it")
+    if report.smaller:
+        inputs = compact(report.smaller)
+        lines.append(
+            f"answers to {inputs} come within the step where Reals change by a hundredth, and later where by more"
+        )
     if report.blocked_by:
         settings = " ".join(f"--set {name}={value:g}" for name, value in report.blocked_by.items())
         lines.append(f"more inputs have an answer with {settings}; the start values block it")

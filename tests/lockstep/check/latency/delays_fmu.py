@@ -28,7 +28,7 @@ def build_delays(
 
     Parameters
     ----------
-    defines : STATE, AT_ONCE, FIXED=0.01, CRASHES
+    defines : STATE, AT_ONCE, FIXED=0.01, CRASHES, GUARDED
     feeds : dependencies by output; None for none at all
     flags : further attributes of CoSimulation
     outputs : that the model description has; without the last, two instances are alike

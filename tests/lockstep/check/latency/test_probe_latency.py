@@ -70,6 +70,18 @@ def test_wrong_claims_are_contradicted_both_ways(wrong):
     assert found == {("direct", "u"): False, ("integral", "u"): False, ("late[1]", "v"): True, ("late[2]", "v"): True}
 
 
+def test_a_claim_that_small_changes_confirm_is_not_contradicted(tmp_path):
+    """A value far from the usual waits a step, as a filter may treat a measurement far from what it expects."""
+    fmu = build_delays(tmp_path, "STATE", "GUARDED", feeds=TRUE | {"late[1]": ("v",)}, flags=f"{ANY_STEP} {STATE}")
+    report = probe_latency(fmu, WATCHED)
+
+    (pair,) = [pair for pair in report.pairs if (pair.output, pair.input) == ("late[1]", "v")]
+    assert (pair.agreement, pair.feedthrough, pair.least) == ("agrees", True, 0)
+    assert pair.most == 1  # of the jump
+    assert not report.of("contradicted")
+    assert report.smaller == ("v",)
+
+
 def test_missing_dependencies_are_no_claim(tmp_path):
     report = probe_latency(build_delays(tmp_path, feeds=None, flags=ANY_STEP), WATCHED)
 
