@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed
-	$(BIN)/flexsat paper --out results/paper
+	$(BIN)/flexsat paper --margins --out results/paper
 
 # Three files at a time on two cores, as some tests wait; tests/conftest.py orders them: the longest first.
 test: $(VENV)/installed-dev $(HOSTS)/installed

@@ -62,6 +62,7 @@ EFFECTS = {
         "--seeds": _PAPER + "test_a_cell_is_mean_and_standard_deviation_over_the_seeds",
         "--stop-time": _VALUES,
         **dict.fromkeys(("--out", "--fmus", "--jobs"), _JOBS),
+        "--margins": "flexbench/studies/paper/test_native.py::test_margins_are_determined_where_they_are_asked_for",
         "--python": "flexbench/studies/paper/test_native.py"
         "::test_python_leaves_them_out_with_the_result_of_an_earlier_study",
     },

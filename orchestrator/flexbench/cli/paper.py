@@ -35,6 +35,8 @@ example:
 @out_option(f"results folder (default: results/paper{DISTINGUISHED})")
 @fmus_option
 @jobs_option
+@click.option("--margins", is_flag=True,
+              help="also determine margins and spillover of each loop, for table and page (1 min)")  # fmt: skip
 @click.option("--python", is_flag=True, help="without the same runs through the FMUs in C")
 def paper(
     as_published: bool,
@@ -44,6 +46,7 @@ def paper(
     out: Path | None,
     fmus: Path,
     jobs: int | None,
+    margins: bool,
     python: bool,
 ) -> int:
     """Build the FMUs, simulate the paper's six runs, and compare the results with its table, and with native FMUs."""
@@ -53,10 +56,10 @@ def paper(
     from ..report.paper_pages import draw_paper, report_paper
     from ..runs.metrics import SETTLED_FROM
     from ..runs.study_folder import study_folder
-    from ..studies.paper import native_table, table
+    from ..studies.paper import design_margins, native_table, table
     from ..studies.paper.native import FILE, run_natively
     from ..studies.paper.native_table import objections
-    from ..studies.paper.paper import run_paper
+    from ..studies.paper.paper import failures_text, run_paper
     from ..studies.paper.published import VARIANTS
 
     asked = {"as_published": as_published, "corrected": corrected, "published_design": corrected}
@@ -67,27 +70,38 @@ def paper(
     with study_folder(out, "paper") as folder:
         (folder / FILE).unlink(missing_ok=True)  # of an earlier study
         lacking: list[str] = []
+        without_margins: list[str] = []
         compared = None
         build_all(CONFIGURATIONS, fmus, native=not python, without_native=lacking.append)
         print(f"built in {perf_counter() - started:.1f} s")
         numbers = seeds(seed_count)
         results = run_paper(fmus, folder, chosen, numbers, stop_time, jobs)
+        failed = [one.folder for one in results.failed]
         for name in CONFIGURATIONS:
             show_table(table.header(results), table.lines(results, name), table.title(name))
         remark(*table.footnotes(results))
         if lacking:
             print(f"no runs through native FMUs, as these cannot be built here: {lacking[0]}")
         elif not python:
-            compared = run_natively(fmus, folder, chosen, numbers[0], stop_time, jobs)
+            compared = run_natively(fmus, folder, chosen, numbers[0], stop_time, jobs, failed)
             show_table(native_table.RUN_HEADER, native_table.run_rows(compared), native_table.TITLE)
             if ports := native_table.port_rows(compared):
                 show_table(native_table.PORT_HEADER, ports)
             remark(*native_table.remarks(compared))
-        print("\n".join(str(path) for path in draw_paper(folder, chosen, numbers[0])))
-        wrote(report_paper(folder, chosen, numbers[0]))
+        if not margins:
+            design_margins.forget(folder)  # of an earlier study
+        else:
+            without_margins = design_margins.find_margins(fmus, folder, chosen, numbers[0], jobs)
+            loops = design_margins.read_margins(folder)
+            show_table(design_margins.HEADER, design_margins.rows(loops), design_margins.TITLE)
+            remark(design_margins.EXPLANATION)
+        print("\n".join(str(path) for path in draw_paper(folder, chosen, numbers[0], failed)))
+        page = report_paper(folder, chosen, numbers[0], failed)
+        if page is not None:
+            wrote(page)
         files = ["table.txt", "table.md", "table.csv", "table.json", *([FILE] if compared else [])]
         print(f"{', '.join(files)} and every run: {folder}")
-    wrong = objections(compared) if compared else []
+    wrong = [*failures_text(results), *without_margins, *(objections(compared) if compared else [])]
     for line in wrong:
         print(f"flexsat: {line}", file=sys.stderr)
     return 1 if wrong else 0

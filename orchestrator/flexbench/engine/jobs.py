@@ -134,7 +134,9 @@ def _done(job: Job, mark: str) -> Finished | None:
         return None
 
 
-def run_jobs(jobs: Sequence[Job], processes: int | None = None, *, keep_failed: bool = False) -> list[Finished]:
+def run_jobs(
+    jobs: Sequence[Job], processes: int | None = None, *, keep_failed: bool = False, keep_all: bool = False
+) -> list[Finished]:
     """Run jobs in parallel processes, and return them in the given order; those that are complete are not repeated.
 
     Parameters
@@ -143,6 +145,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None, *, keep_failed: 
     processes : running at the same time; None for one per core
     keep_failed : return a run that the master stopped, with the reason, instead of raising RunError: for studies in
         which plants are lost
+    keep_all : also a run that cannot begin or be evaluated, or whose process dies twice: one run does not stop others
 
     Raises
     ------
@@ -161,7 +164,7 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None, *, keep_failed: 
     try:
         with show_jobs([job.title for job in jobs]) as show:
             for outcome in dispatch(tasks, pool, lambda: _drain(reports, jobs, show)):
-                done[outcome.number] = _result(outcome, jobs[outcome.number], keep_failed)
+                done[outcome.number] = _result(outcome, jobs[outcome.number], keep_failed, keep_all)
             _drain(reports, jobs, show)
     except BaseException:
         pool.end()
@@ -171,7 +174,10 @@ def run_jobs(jobs: Sequence[Job], processes: int | None = None, *, keep_failed: 
     return [done[number] for number in range(len(jobs))]
 
 
-def _result(outcome: Outcome, job: Job, keep_failed: bool) -> Finished:
+def _result(outcome: Outcome, job: Job, keep_failed: bool, keep_all: bool) -> Finished:
+    if outcome.failure and keep_all:
+        cause = str(outcome.error) if outcome.failure == "error" else f"{outcome.cause}, twice"
+        return Finished(job=job, metrics={}, wall_time=0.0, simulated_time=0.0, failure=cause)
     match outcome.failure:
         case "":
             found: Finished = outcome.result

@@ -108,25 +108,35 @@ def measurement_coherence(frequency: Array, coherence: Mapping[str, Array], leas
 
 def stability_map(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Draw where a design is stable over the modes of the plant and the gain, with the growth rate where it is not."""
+    return stability_maps({"Stability over the plant's modes and gain": rows})
+
+
+def stability_maps(designs: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+    """Draw the maps of some designs below each other, by title."""
+    heights = [1.0 + 0.3 * len({row["modes"] for row in rows}) for rows in designs.values()]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 0.2 + sum(heights)), layout="constrained")
+        panels = figure.subplots(len(designs), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
+        for axes, (title, rows) in zip(panels[:, 0], designs.items(), strict=True):
+            _draw_map(axes, title, rows)
+    return figure
+
+
+def _draw_map(axes: Axes, title: str, rows: Sequence[Mapping[str, Any]]) -> None:
     modes, gains = sorted({row["modes"] for row in rows}), gains_of(rows)
     growth = {(row["modes"], row["gain"]): row["growth"] for row in rows}
     unstable = np.array([[growth[count, gain] >= 0.0 for gain in gains] for count in modes], dtype=float)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 1.2 + 0.3 * len(modes)), layout="constrained")
-        axes = figure.subplots()
-        axes.pcolormesh(np.arange(len(gains) + 1), np.arange(len(modes) + 1), unstable, cmap="Reds", vmin=0.0, vmax=2.0,
-                        edgecolors="0.8", linewidth=0.5)  # fmt: skip
-        for row, count in enumerate(modes):
-            for column, gain in enumerate(gains):
-                rate = growth[count, gain]
-                axes.text(
-                    column + 0.5, row + 0.5, "stable" if rate < 0.0 else f"{rate:+.2g}/s", ha="center", va="center"
-                )
-        axes.set_xticks(np.arange(len(gains)) + 0.5, [f"{20.0 * np.log10(gain):+.3g}" for gain in gains])
-        axes.set_yticks(np.arange(len(modes)) + 0.5, [f"{count:g}" for count in modes])
-        axes.set(title="Stability over the plant's modes and gain", xlabel="gain [dB]", ylabel="modes of the plant [1]")
-        axes.grid(visible=False)
-    return figure
+    axes.pcolormesh(np.arange(len(gains) + 1), np.arange(len(modes) + 1), unstable, cmap="Reds", vmin=0.0, vmax=2.0,
+                    edgecolors="0.8", linewidth=0.5)  # fmt: skip
+    for row, count in enumerate(modes):
+        for column, gain in enumerate(gains):
+            rate = growth[count, gain]
+            text = "stable" if rate < 0.0 else f"{rate:+.{0 if rate >= 10.0 else 2}{'f' if rate >= 10.0 else 'g'}}/s"
+            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center")
+    axes.set_xticks(np.arange(len(gains)) + 0.5, [f"{20.0 * np.log10(gain):+.3g}" for gain in gains])
+    axes.set_yticks(np.arange(len(modes)) + 0.5, [f"{count:g}" for count in modes])
+    axes.set(title=title, xlabel="gain [dB]", ylabel="modes of the plant [1]")
+    axes.grid(visible=False)
 
 
 def margin_figures(content: Mapping[str, Any], least: float) -> dict[str, Figure]:

@@ -1,7 +1,8 @@
-"""The response of the modes to each wheel's imbalance, and the speed and band chosen from it."""
+"""The response of the modes to each wheel's imbalance, the speed and band chosen from it, and the controller's loop."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib
@@ -12,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
+from flexsat.arrays import Array, Complex
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 
@@ -25,6 +27,10 @@ RESPONSE: dict[str, Any] = {"color": "0.45", "linewidth": 0.8}
 WORST: dict[str, Any] = {"linewidth": 1.6}
 BAND: dict[str, Any] = {"alpha": 0.18, "linewidth": 0.0}
 CHOSEN: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0.0, (4.0, 1.3))}
+
+LOOP_SHOWN = (1e-3, 10.0)  # of the loops' gains
+LOWEST = 0.05  # Hz, shown
+Loops = Mapping[str, tuple[Array, Complex]]  # by axis: frequency [Hz] and response of its open loop
 
 
 def wheel_responses(design: Design) -> Figure:
@@ -57,6 +63,47 @@ def wheel_responses(design: Design) -> Figure:
             r"peak modal velocity at the first harmonic [m·kg$^{1/2}$/s]", fontsize=STYLE["axes.labelsize"]
         )
         figure.legend(handles=_legend(design), loc="outside upper center", ncols=4)
+    return figure
+
+
+def responses_over_loop(design: Design, flown: Loops, published: Loops, bandwidth: float | None) -> Figure:
+    """Draw the wheels' responses and chosen speeds over frequency, and below them the gain of each body axis' loop.
+
+    Parameters
+    ----------
+    design : of one configuration
+    flown : open loops of its controller
+    published : those of the published design on the modes that it knows; may be empty
+    bandwidth : highest frequency at which the gain of a flown loop is 1 [Hz]; None if it is nowhere
+    """
+    result = design.response
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 5.6), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        hertz = result.speed / (2.0 * np.pi)
+        for first, *_ in equal_wheels(design):
+            colour = AXES[axis_name(design.spacecraft.wheels.axis[first])].colour
+            top.loglog(hertz, result.response[first] * SQUARE_HERTZ, color=colour, linewidth=0.7, alpha=0.6)
+            top.axvline(result.nominal[first] / (2.0 * np.pi), color=colour, **CHOSEN)
+        top.set(title="Response to the imbalance of each wheel; dashed: chosen speeds",
+                ylabel=r"peak modal velocity [m·kg$^{1/2}$/s]")  # fmt: skip
+        for axis, (frequency, values) in published.items():
+            label = "as published, on the modes that it knows" if axis == "x" else None
+            bottom.loglog(frequency, np.abs(values), color="0.7", linewidth=0.8, label=label)
+        for axis, (frequency, values) in flown.items():
+            bottom.loglog(frequency, np.abs(values), color=AXES[axis].colour, linewidth=1.2, label=f"flown, {axis}")
+        bottom.axhline(1.0, color="black", linewidth=0.8)
+        bottom.set(title="Gain of the open loop of each body axis", xlabel="frequency (wheels: turns per second) [Hz]",
+                   ylabel="gain [1]", ylim=LOOP_SHOWN, xlim=(LOWEST, hertz[-1]))  # fmt: skip
+        for axes in (top, bottom):
+            if bandwidth is not None:
+                axes.axvspan(LOWEST, bandwidth, color="0.3", alpha=0.1, linewidth=0.0)
+            axes.xaxis.set_major_formatter("{x:g}")
+        handles, labels = bottom.get_legend_handles_labels()
+        if bandwidth is not None:
+            handles.append(Patch(color="0.3", alpha=0.1))
+            labels.append(f"up to where a gain is last 1: {bandwidth:.3g} Hz")
+        figure.legend(handles, labels, loc="outside upper center", ncols=5)
     return figure
 
 

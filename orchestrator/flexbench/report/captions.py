@@ -24,6 +24,23 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
     r"fine-pointing(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
         "Fine pointing{variant}, seed {seed}: pointing error and deformation over the whole run and its end."
     ),
+    r"bandwidth-(?P<layout>[\w-]+)": (
+        "Controller bandwidth over the wheel responses ({layout}): above, the response of the structure to each "
+        "wheel's imbalance, coloured by its axis, and the chosen speeds; below, the gain of each body axis' loop. "
+        "Shaded: up to where a gain is last 1; above it the chosen speeds keep the structure quiet, not the controller."
+    ),
+    r"nichols-(?P<layout>[\w-]+)": (
+        "Margins ({layout}): the open loop at the plant's input in a Nichols chart and near the critical point; those "
+        "loci of all wheels that come nearest to it, and each body axis. Dashed: the largest disk that they avoid."
+    ),
+    r"sensitivity-(?P<layout>[\w-]+)": (
+        "Margins ({layout}): largest singular values of sensitivity S and complementary sensitivity T over frequency, "
+        "all wheels together; a high peak is a small margin."
+    ),
+    r"spillover-(?P<layout>[\w-]+)": (
+        "Spillover ({layout}): whether the loop is stable over the number of modes that the plant has and the gain of "
+        "its inputs, for each design; a design spills over where more modes than it knows make it unstable."
+    ),
     r"robust-loop-shapes": (
         "Loop shapes: gain of each body axis' loop over frequency, robust and published design, with the modes that "
         "the controller does not know (spillover), and Nyquist diagrams near the critical point (margins)."

@@ -18,7 +18,7 @@ from .results import Result, Unread
 from .run_data import RunData, Window, read_run_data
 from .script_data import MOST_SHOWN, script_data
 from .study_sections import study_sections
-from .study_table import TABLE, native_blocks, study_table
+from .study_table import TABLE, margin_blocks, native_blocks, study_table
 from .text_blocks import (
     event_blocks,
     number_blocks,
@@ -105,6 +105,9 @@ def _sections(runs: Sequence[RunData], studies: Sequence[Path], unread: Sequence
             yield PageSection(anchor="layouts", title=TITLE, blocks=compared)
         else:
             yield PageSection(anchor="study", title="Published and flown", blocks=study_table(study))
+    margins = [block for study in studies for block in margin_blocks(study)]
+    if margins:
+        yield PageSection(anchor="design-margins", title="Margins and spillover", blocks=margins)
     yield from _figures(results, studies)
     numbers = [*loop_blocks(results), *number_blocks(runs, with_metrics=not studies)]
     if numbers:
@@ -151,7 +154,7 @@ def _reductions(runs: Sequence[RunData]) -> Iterator[str]:
                 names = ", ".join(dict.fromkeys(history["group"] for history in part["histories"]))
                 yield (
                     f"{run.for_script['name']}: minimum and maximum of every {stride * run.interval:.3g} s, so that"
-                    f" no peak is lost, of {names}"
+                    f" no peak is lost, rounded outwards to 16 bits of their range, of {names}"
                 )
         windows = run.for_script["full_rate"]["windows"]
         if windows:

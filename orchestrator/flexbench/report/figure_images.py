@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -17,10 +18,17 @@ from lockstep.errors import InputError
 from .captions import caption_of
 from .results import Result
 
-ROOM = 2_500_000  # bytes for all figures of a page, before base64
+_PLACES = re.compile(rb' (?:d|x|y|points)="[^"]*"')  # of paths and marks; not the scales of transformations
+_DECIMALS = re.compile(rb"(\.\d\d)\d+")
+ROOM = 2_400_000  # bytes for all figures of a page, before base64
 WIDTHS = (1800, 1400, 1000, 700)  # pixels of a figure that is reduced, widest first; a page shows 1170
 COLOURS = 64  # of a reduced figure: lines, bands, and shades between
 LARGE = 800_000  # bytes of an SVG from which on PNG is smaller
+
+
+def slim(svg: bytes) -> bytes:
+    """Return an SVG whose places have two decimals: a hundredth of a point, as no screen shows less."""
+    return _PLACES.sub(lambda found: _DECIMALS.sub(rb"\1", found[0]), svg)
 
 
 def stored_images(folder: Path) -> list[Image]:
@@ -31,12 +39,13 @@ def stored_images(folder: Path) -> list[Image]:
             files.setdefault(path.stem, []).append(path)
     images = []
     for stem, paths in files.items():
-        smallest = min(paths, key=lambda path: path.stat().st_size)
+        read = {path: slim(path.read_bytes()) if path.suffix == ".svg" else path.read_bytes() for path in paths}
+        smallest = min(paths, key=lambda path: len(read[path]))
         raster = next((path for path in paths if path.suffix == ".png"), None)
         images.append(
             Image(
                 title=caption_of(stem),
-                data=smallest.read_bytes(),
+                data=read[smallest],
                 type=TYPES[smallest.suffix],
                 name=stem,
                 raster=raster,
@@ -59,8 +68,9 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
 def _image(name: str, figure: Any) -> Image:
     vector = io.BytesIO()
     figure.savefig(vector, format="svg")
-    if len(vector.getvalue()) <= LARGE:
-        return Image(title=caption_of(name), data=vector.getvalue(), type=TYPES[".svg"], name=name)
+    data = slim(vector.getvalue())
+    if len(data) <= LARGE:
+        return Image(title=caption_of(name), data=data, type=TYPES[".svg"], name=name)
     raster = io.BytesIO()
     figure.savefig(raster, format="png", dpi=150)
     return Image(title=caption_of(name), data=raster.getvalue(), type=TYPES[".png"], name=name)

@@ -103,6 +103,9 @@ def _of_study(folder: Path) -> list[Block]:
         f"The paper's runs of {content['duration']:g} s through the FMUs, {seeds}: slew and fine pointing of "
         "both layouts of wheels."
     ]
+    if failed := content.get("failed", []):
+        names = ", ".join(one["run"] for one in failed)
+        sentences.append(f"Failed, and in no number of this page: {names}; below the table why.")
     lost: Mapping[str, Sequence[float | None]] = content.get("published_design_lost_at", {})
     if lost:
         when = "; ".join(f"{name}: {when_lost(list(times))}" for name, times in lost.items())

@@ -14,9 +14,14 @@ from flexbench.html.document import Block, Paragraph, Table
 
 _NOTE = (
     "Every figure of the paper and of the plots that its public release draws, and where this page has it. Not in the"
-    " paper: loop shapes of both designs with their margins and the modes that the controllers do not know, which"
-    " `flexsat figures --robust-design` draws, and margins measured through the FMUs by `flexsat margins`."
+    " paper: "
 )
+_MORE = (
+    "loop shapes and the trade-off of the robust design, which `flexsat figures --robust-design` draws; margins"
+    " measured through the FMUs by `flexsat margins`."
+)
+_OF_LOOPS = (("bandwidth", "controller bandwidth over the wheel responses"), ("nichols|sensitivity", "margins"),
+             ("spillover", "spillover"))  # fmt: skip
 FINE, SLEW = r"fine-pointing(-as-published)?-seed\d+", r"slew(-as-published)?-seed\d+"
 
 
@@ -109,9 +114,21 @@ def paper_figures(names: Sequence[str]) -> list[Block]:
     """Return the list of the paper's figures with the place of each among the named figures of a page, in order."""
     rows = [[one.subject, ", ".join(one.release), _place(one, names)] for one in PAPER_FIGURES]
     return [
-        Paragraph(_NOTE),
+        Paragraph(_NOTE + _beyond_the_paper(names) + _MORE),
         Table(("figure of the paper", "plot of the release", "here"), rows, code=frozenset({1})),
     ]
+
+
+def _beyond_the_paper(names: Sequence[str]) -> str:
+    """Return which figures of the loops a page has, or what draws them."""
+    found = []
+    for pattern, subject in _OF_LOOPS:
+        numbers = [str(k + 1) for k, name in enumerate(names) if re.fullmatch(rf"({pattern})-[\w-]+", name)]
+        if numbers:
+            found.append(f"{subject} (Figure {', '.join(numbers)})")
+    if not found:
+        return "controller bandwidth, margins and spillover, which `flexsat paper --margins` adds; "
+    return f"{'; '.join(found)}; "
 
 
 def _place(one: PaperFigure, names: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,8 +20,9 @@ from .motion_data import motion_data
 from .results import Result
 from .window_data import full_rate_data, windows_about
 
-# bytes of data on a page before base64, shared by its runs: 9.9 MB of text, so that a page with figures is below 15 MB
-DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET, WINDOW_BUDGET = 2_000_000, 3_600_000, 800_000, 1_000_000
+# bytes of data on a page before base64, shared by its runs: 7.3 MB of text, so that a page with figures is below 12 MB
+DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET, WINDOW_BUDGET = 1_200_000, 2_600_000, 800_000, 900_000
+FIRST_ELEMENTS = 6  # of every array, before the rest of long ones
 Window = tuple[float, float]  # begin, end [s]
 PEAKED = 30.0  # times its median; a norm with higher peaks gets a logarithmic axis
 MOST_MARKS = 40  # of one run: more hide the lines
@@ -144,7 +146,18 @@ def _by_priority(derived: list[DerivedHistory], signals: Signals) -> tuple[list[
                     values=signals.columns[name],
                 )
             )
-    return first, rest
+    return first, _shortest_first(rest)
+
+
+def _shortest_first(histories: list[History]) -> list[History]:
+    """Return histories by priority for a place: the first elements of each array, then the rest, short arrays first."""
+    sizes = Counter(one.group for one in histories)
+    place: Counter[str] = Counter()
+    ranked = []
+    for one in histories:
+        ranked.append((place[one.group] >= FIRST_ELEMENTS, sizes[one.group], one))
+        place[one.group] += 1
+    return [one for *_, one in sorted(ranked, key=lambda entry: entry[:2])]
 
 
 def _spans_decades(values: Array) -> bool:

@@ -12,6 +12,7 @@ from .text_blocks import scenario_of
 
 FIRST_PANELS = ("pointing error", "deformation", "rate error", "torque, sum over wheels")
 MOST_FIRST_PANELS = 4
+OF_GROUP = ("unit", "description")  # the same for all lines of a group
 MOST_SHOWN = 4  # runs in a plot until the reader asks for more
 
 
@@ -24,6 +25,7 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
         return f"d{len(data) - 1}"
 
     described: list[dict[str, Any]] = []
+    about: dict[str, dict[str, Any]] = {}  # by group
     geometries: dict[str, dict[str, Any]] = {}  # by configuration
     shown = _shown_first([run.result for run in runs])
     for run in runs:
@@ -36,7 +38,11 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
                 for history in histories:
                     if history["name"] in full_rate["data"]:
                         history["full"] = element(full_rate["data"][history["name"]])
-            parts.append({"time": part["time"], "histories": histories})
+            about |= {
+                one["group"]: {key: one[key] for key in OF_GROUP} for one in histories if one["group"] not in about
+            }
+            slim = [{key: value for key, value in one.items() if key not in (*OF_GROUP, "name")} for one in histories]
+            parts.append({"time": part["time"], "histories": slim})
         motion = run.for_script["motion"]
         if motion is not None and run.result.run is not None:
             geometry = geometry_data(run.result.run)
@@ -58,7 +64,7 @@ def script_data(title: str, runs: Sequence[RunData]) -> tuple[dict[str, Any], li
         dict.fromkeys(history["group"] for run in described for part in run["parts"] for history in part["histories"])
     )
     panels = list(dict.fromkeys([*(name for name in FIRST_PANELS if name in groups), *groups]))[:MOST_FIRST_PANELS]
-    return {"title": title, "runs": described, "geometry": geometries, "panels": panels}, data
+    return {"title": title, "runs": described, "groups": about, "geometry": geometries, "panels": panels}, data
 
 
 def _shown_first(results: Sequence[Result]) -> set[str]:

@@ -89,6 +89,17 @@ def test_a_failed_run_is_returned_with_its_reason_where_that_is_wanted(monkeypat
     assert all(done.simulated_time == 0.0 for done in finished)
 
 
+def test_one_run_does_not_stop_others_where_all_are_wanted(tmp_path, monkeypatch):
+    nowhere = Job(system=tmp_path / "nowhere.ssd", folder=tmp_path / "slew")
+    (refused,) = run_jobs([nowhere], processes=1, keep_all=True)
+    assert "nowhere.ssd: no such file" in refused.failure
+
+    monkeypatch.setattr(jobs_module, "run_job", subprocess.getoutput)
+    dead, alive = run_jobs([Deadly("echo fatal"), Shell("echo alive")], processes=2, keep_all=True)
+    assert dead.failure == "its process ended with exit code 3, twice"
+    assert alive == "alive"
+
+
 def test_failed_job_is_named_in_the_message(tmp_path: Path):
     job = Job(system=tmp_path / "nowhere.ssd", folder=tmp_path / "results" / "centralised-slew-seed1")
 

@@ -47,9 +47,11 @@ def test_names_units_and_events_are_escaped(tmp_path, foreign_run):
     assert root.find(".//title").text == "<b>run & "
     assert hostile in root.xpath("string(//section[@id='versions']//pre)")
     assert "<script>alert" not in page
-    (run_of_page,) = json.loads(root.get_element_by_id("contents").text)["runs"]
+    contents = json.loads(root.get_element_by_id("contents").text)
+    (run_of_page,) = contents["runs"]
     (history_of_page,) = run_of_page["parts"][0]["histories"]
-    assert (history_of_page["name"], history_of_page["unit"]) == (f"toy.{hostile}", hostile)
+    assert history_of_page["group"] == f"toy.{hostile}"
+    assert contents["groups"] == {f"toy.{hostile}": {"unit": hostile, "description": hostile}}
     assert [mark["text"] for mark in run_of_page["marks"]] == [hostile[:24]] * 2
 
 

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from flexbench.report.history_data import (
     FLOAT,
     LEAST_INTERVALS,
+    SHARES,
     History,
     extremes,
     histories_within,
@@ -28,16 +29,34 @@ def floats(text):
     return np.frombuffer(base64.b64decode(text), dtype="<f4").astype(float)
 
 
+ROUNDING = 1e-14  # relative, of a share times a step
+
+
 @pytest.mark.parametrize("stride", [2, 7, 10_000, 20_000])
 def test_every_sample_lies_between_the_extremes_of_its_interval(stride):
     values = np.random.default_rng(1).normal(size=len(TIME)) * 1e-7
     values[4321], values[17] = 3e-5, -2e-5
 
-    low, high = extremes(values, stride).astype(float).T
+    low, high = extremes(values, stride).values.T
 
-    owner = np.arange(len(values)) // stride
-    assert np.all((low[owner] <= values) & (values <= high[owner]))
-    assert_allclose((low.min(), high.max()), (-2e-5, 3e-5), rtol=2e-7)  # single precision, outwards
+    owner, room = np.arange(len(values)) // stride, ROUNDING * 5e-5
+    assert np.all((low[owner] <= values + room) & (values <= high[owner] + room))
+    assert_allclose((low.min(), high.max()), (-2e-5, 3e-5), rtol=ROUNDING)
+    exact = np.array([[part.min(), part.max()] for part in np.split(values, range(stride, len(values), stride))])
+    assert np.abs(np.column_stack([low, high]) - exact).max() <= 5e-5 / SHARES  # a share of the range
+
+
+def test_small_values_of_a_norm_keep_their_digits_on_a_logarithmic_axis():
+    values = np.abs(np.sin(TIME)) ** 3 + 1e-6
+    values[500] = 0.0  # as at the start of a run
+
+    low, high = extremes(values, 5, logarithmic=True).values.T
+
+    owner = np.arange(len(values)) // 5
+    assert np.all((low[owner] <= values * (1.0 + ROUNDING)) & (values <= high[owner] * (1.0 + ROUNDING)))
+    share = np.log(1e6) / SHARES
+    assert_allclose(high, values.reshape(-1, 5).max(axis=1), rtol=1.1 * share)
+    assert low[100] == 0.0
 
 
 def test_short_history_keeps_every_sample():
@@ -60,18 +79,20 @@ def test_constant_history_has_no_data():
 )
 def test_data_fit_the_budget(rows, changing, budget):
     stride = stride_for(rows, changing, budget)
-    size = rows * FLOAT if stride == 1 else 2 * FLOAT * -(-rows // stride)
+    size = FLOAT * -(-rows // stride)
     assert size * changing <= budget * 1.01
 
 
 def test_histories_that_do_not_fit_are_listed():
     histories = [history(f"y[{k}]", np.sin(TIME + k), group="y") for k in range(30)]
     histories += [history(f"z[{k}]", np.sin(TIME + k), group="z") for k in range(30)]
-    budget = 30 * 2 * FLOAT * LEAST_INTERVALS
+    budget = 30 * FLOAT * LEAST_INTERVALS
 
     packed = histories_within(TIME, histories, budget)
+    fewer = histories_within(TIME, histories, budget // 2)
 
     assert packed["left_out"] == ["z"]
+    assert fewer["left_out"] == ["y (but the first 15 of 30)", "z"]
     assert {one["group"] for one in packed["histories"]} == {"y"}
     assert sum(len(base64.b64decode(text)) for text in packed["data"]) <= 1.05 * budget
 

@@ -43,18 +43,20 @@ class History {
     if (this.constant !== undefined) {
       low = high = new Float32Array(count).fill(this.constant);
     } else {
-      const raw = new Float32Array(bytesOf(textOf(this.id)));
-      if (this.kind === "samples") low = high = raw;
+      if (this.kind === "samples") low = high = new Float32Array(bytesOf(textOf(this.id)));
       else {
-        low = new Float32Array(count);
-        high = new Float32Array(count);
-        for (let i = 0; i < count; i++) { low[i] = raw[2 * i]; high[i] = raw[2 * i + 1]; }
+        const shares = new Uint16Array(bytesOf(textOf(this.id)));
+        const value = (share) => !this.logarithmic ? this.least + share * this.step
+          : share ? Math.exp(this.least + (share - 1) * this.step) : 0;
+        low = new Float64Array(count);
+        high = new Float64Array(count);
+        for (let i = 0; i < count; i++) { low[i] = value(shares[2 * i]); high[i] = value(shares[2 * i + 1]); }
       }
     }
     this.levels = [{ low, high, width: 1 }];
     while (low.length > 256) {
       const size = Math.ceil(low.length / 2);
-      const nextLow = new Float32Array(size), nextHigh = new Float32Array(size);
+      const nextLow = new Float64Array(size), nextHigh = new Float64Array(size);
       for (let i = 0; i < size; i++) {
         let least = Infinity, most = -Infinity;
         for (let k = 2 * i; k < Math.min(low.length, 2 * i + 2); k++) {
@@ -133,7 +135,7 @@ for (const [run, about] of contents.runs.entries()) {
     const base = new TimeBase(part.time);
     for (const history of part.histories) {
       if (!groups.has(history.group)) {
-        groups.set(history.group, { name: history.group, unit: history.unit, description: history.description, lines: [] });
+        groups.set(history.group, { name: history.group, ...contents.groups[history.group], lines: [] });
       }
       groups.get(history.group).lines.push(new History(history, base, run));
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
@@ -65,7 +65,13 @@ class NativeStudy:
 
 
 def run_natively(
-    fmus: Path, folder: Path, variants: Sequence[Variant], seed: int, duration: float, processes: int | None = None
+    fmus: Path,
+    folder: Path,
+    variants: Sequence[Variant],
+    seed: int,
+    duration: float,
+    processes: int | None = None,
+    without: Collection[Path] = (),
 ) -> NativeStudy:
     """Simulate the six runs of one variant with the native FMUs, beside those of the study in `folder`, and compare.
 
@@ -76,9 +82,11 @@ def run_natively(
     fmus : folder that `flexsat build` filled
     folder : of the study, whose runs are there
     variants, seed, duration, processes : of the study
+    without : folders of runs that failed there, which have nothing to compare
     """
     variant: Variant = "corrected" if "corrected" in variants else variants[0]
-    jobs = list(plan_jobs(fmus, folder, [variant], [seed], duration).values())
+    planned = plan_jobs(fmus, folder, [variant], [seed], duration).values()
+    jobs = [job for job in planned if job.folder not in without]
     study = NativeStudy(variant=variant, seed=seed, duration=duration, runs=compare_natively(jobs, processes))
     write_native(folder, study)
     return study
@@ -86,7 +94,9 @@ def run_natively(
 
 def compare_natively(jobs: Sequence[Job], processes: int | None = None) -> tuple[NativeRun, ...]:
     """Simulate with the native FMUs what jobs have simulated already, and compare; one that fails is returned too."""
-    finished = run_jobs([_native(job) for job in jobs], processes, keep_failed=True)
+    if not jobs:
+        return ()
+    finished = run_jobs([_native(job) for job in jobs], processes, keep_all=True)
     return tuple(
         NativeRun(
             run=job.title,

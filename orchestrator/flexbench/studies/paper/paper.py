@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from flexsat.description.built_in import CONFIGURATIONS
@@ -13,7 +13,7 @@ from lockstep.results.read_run_record import read_run_record
 from ...engine.jobs import Job, run_jobs
 from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters
 from .published import Variant
-from .table import Key, Results, as_csv, as_json, as_markdown, as_text
+from .table import Failed, Key, Results, as_csv, as_json, as_markdown, as_text
 
 LOST_BY = 20.0  # s: the published design is at the limits of the wheels within one
 
@@ -33,7 +33,7 @@ def plan_jobs(
         ((variant, name, scenario), seed): Job(
             system=fmus / name / f"{scenario}.ssd",
             folder=run_folder(folder, variant, name, scenario, seed),
-            overrides=_overrides(scenario, variant, seed),
+            overrides=run_overrides(scenario, variant, seed),
             stop_time=min(duration, LOST_BY) if variant == "published_design" else duration,
             metrics=variant != "published_design",
         )
@@ -48,7 +48,7 @@ def _scenarios(variant: Variant) -> tuple[ScenarioName, ...]:
     return ("fine_pointing",) if variant == "published_design" else SCENARIOS
 
 
-def _overrides(scenario: ScenarioName, variant: Variant, seed: int) -> dict[str, Value | str]:
+def run_overrides(scenario: ScenarioName, variant: Variant, seed: int) -> dict[str, Value | str]:
     """Return what a run of the study sets."""
     set_by_scenario = scalar_overrides(scenario_parameters(scenario, as_published=variant == "as_published", seed=seed))
     design = {"controller.design": "published"} if variant == "published_design" else {}
@@ -70,17 +70,20 @@ def run_paper(
     duration: float,
     processes: int | None = None,
 ) -> Results:
-    """Run the study and leave table and runs in `folder`."""
+    """Run the study and leave table and runs in `folder`; runs that failed are marked, and do not stop the others."""
     jobs = plan_jobs(fmus, folder, variants, seeds, duration)
-    finished = run_jobs(list(jobs.values()), processes)
+    finished = run_jobs(list(jobs.values()), processes, keep_all=True)
     metrics: dict[Key, list[Mapping[str, float]]] = {}
     lost: dict[ConfigurationName, list[float | None]] = {}
-    for (key, _), done in zip(jobs, finished, strict=True):
-        if key[0] == "published_design":
+    failed = []
+    for (key, seed), done in zip(jobs, finished, strict=True):
+        if done.failure:
+            failed.append(Failed(key=key, seed=seed, folder=done.job.folder, cause=" ".join(done.failure.split())))
+        elif key[0] == "published_design":
             lost.setdefault(key[1], []).append(saturated_from(done.job.folder))
         else:
             metrics.setdefault(key, []).append(done.metrics)
-    results = Results(metrics=metrics, seeds=list(seeds), duration=duration, lost=lost)
+    results = Results(metrics=metrics, seeds=list(seeds), duration=duration, lost=lost, failed=failed)
     for name, content in (
         ("table.txt", as_text(results)),
         ("table.md", as_markdown(results)),
@@ -91,12 +94,24 @@ def run_paper(
     return results
 
 
-def one_seed_folders(folder: Path, variants: Sequence[Variant], seed: int) -> list[Path]:
-    """Return the results folders of one seed's runs."""
-    return [
+def failures_text(results: Results) -> list[str]:
+    """Return one line about the runs that failed; none where all succeeded."""
+    if not results.failed:
+        return []
+    runs = sum(map(len, [*results.metrics.values(), *results.lost.values()])) + len(results.failed)
+    which = "; ".join(one.text for one in results.failed)
+    return [f"{len(results.failed)} of {runs} runs failed, table and page have the others: {which}"]
+
+
+def one_seed_folders(
+    folder: Path, variants: Sequence[Variant], seed: int, without: Collection[Path] = ()
+) -> list[Path]:
+    """Return the results folders of one seed's runs, without those that failed."""
+    found = [
         run_folder(folder, variant, name, scenario, seed)
         for variant in variants
         if variant != "published_design"  # a limit cycle has nothing to compare
         for scenario in SCENARIOS
         for name in CONFIGURATIONS
     ]
+    return [path for path in found if path not in without]

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from lockstep.plain_table import plain_lines
 from .published import REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Variant
 
 Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
+FAILED = "failed"  # in a cell whose runs did
 ENOUGH = 4  # seeds from which their scatter is estimated
 RUN_DURATION = 300.0  # s, of the published runs
 
@@ -39,6 +41,21 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Failed:
+    """A run of a study that failed."""
+
+    key: Key
+    seed: int
+    folder: Path  # with what it left
+    cause: str  # one line
+
+    @property
+    def text(self) -> str:
+        """The run, its cause, and where it is."""
+        return f"{self.folder.name}: {self.cause.removesuffix('.')} ({self.folder})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Results:
     """All metrics of a study, by variant, configuration and scenario: one mapping a seed."""
 
@@ -47,6 +64,7 @@ class Results:
     duration: float  # s
     lost: Mapping[ConfigurationName, Sequence[float | None]] = field(default_factory=dict)
     # s: when the published design saturates on the corrected plant, by configuration and seed; None: it did not
+    failed: Sequence[Failed] = ()  # not among the metrics
 
     def cell(self, row: PaperRow, variant: Variant, name: ConfigurationName) -> Cell | None:
         """Return the number of a cell; None if that variant was not run, or its row refers to runs of 300 s."""
@@ -61,6 +79,10 @@ class Results:
     def variants(self) -> list[Variant]:
         """The variants that were run and have numbers."""
         return [variant for variant in VARIANTS if any(key[0] == variant for key in self.metrics)]
+
+    def lacks(self, key: Key) -> bool:
+        """Return whether a cell has no number because all its runs failed."""
+        return not self.metrics.get(key) and any(one.key == key for one in self.failed)
 
 
 def when_lost(times: Sequence[float | None]) -> str:
@@ -124,12 +146,14 @@ def lines(results: Results, name: ConfigurationName) -> list[list[str]]:
         line = [row.label, row.unit, number(row.published_for(name))]
         for variant in results.variants:
             cell = results.cell(row, variant, name)
-            line.append(cell.text if cell else "-")
+            lacking = results.lacks((variant, name, row.scenario))
+            line.append(cell.text if cell else FAILED if lacking else "-")
             if variant == "as_published":
                 line.append(against_published(row, results, name))
         if results.lost:
             times = results.lost.get(name) if row.scenario == "fine_pointing" else None
-            line.append("-" if times is None else when_lost(times))
+            lacking = row.scenario == "fine_pointing" and results.lacks(("published_design", name, row.scenario))
+            line.append(when_lost(times) if times else FAILED if lacking else "-")
         found.append(line)
     return found
 
@@ -139,6 +163,7 @@ def footnotes(results: Results) -> list[str]:
     seeds = ", ".join(map(str, results.seeds))
     spread = " (mean ± standard deviation of one seed)" if len(results.seeds) > 1 else ""
     notes = [f"Runs of {results.duration:g} s through the FMUs; seeds {seeds}{spread}."]
+    notes += [f"Failed, and in no number: {one.text}." for one in results.failed]
     if results.duration != RUN_DURATION:
         notes.append(f"Costs and settling refer to runs of {RUN_DURATION:g} s and are not shown.")
     if "as_published" in results.variants:
@@ -223,6 +248,18 @@ def as_json(results: Results) -> str:
         ],
         "published_design_lost_at": {name: list(times) for name, times in results.lost.items()},
         "metrics_si": {" ".join(key): [dict(run) for run in runs] for key, runs in results.metrics.items()},
+        "failed": [
+            {
+                "run": one.folder.name,
+                "variant": one.key[0],
+                "configuration": one.key[1],
+                "scenario": one.key[2],
+                "seed": one.seed,
+                "cause": one.cause,
+                "folder": str(one.folder),
+            }
+            for one in results.failed
+        ],
         "remarks": list(REMARKS),
     }
     return json.dumps(content, indent=2) + "\n"

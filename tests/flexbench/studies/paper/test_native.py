@@ -11,8 +11,9 @@ from flexbench.html.document import Paragraph, Table
 from flexbench.loop.equivalence import Difference
 from flexbench.report import paper_pages
 from flexbench.report.study_table import native_blocks
+from flexbench.studies.margins.study import FILE as FILE_OF_MARGINS
+from flexbench.studies.paper import design_margins, paper
 from flexbench.studies.paper import native as module
-from flexbench.studies.paper import paper
 from flexbench.studies.paper.native import FILE, TOLERANCE, NativeRun, NativeStudy, read_native, write_native
 from flexbench.studies.paper.native_table import (
     PORT_HEADER,
@@ -23,7 +24,7 @@ from flexbench.studies.paper.native_table import (
     remarks,
     run_rows,
 )
-from flexbench.studies.paper.table import Results
+from flexbench.studies.paper.table import Failed, Results
 from lockstep.plain_table import plain_lines
 from lockstep.results.read_run_record import read_run_record
 
@@ -156,7 +157,7 @@ def command(monkeypatch, tmp_path, capsys):
 def test_the_command_flies_them_and_ends_with_exit_code_1_where_they_differ(command, study, objectionable):
     variants = ["as_published", "corrected", "published_design"]
     code, out, error, asked = command(study)
-    assert (code, asked) == (0, [True, (variants, 1, 300.0, 2)])
+    assert (code, asked) == (0, [True, (variants, 1, 300.0, 2, [])])
     assert error == ""
     assert shown(study) in out
     assert "table.json, native.json and every run" in out
@@ -181,3 +182,39 @@ def test_where_they_cannot_be_built_a_note_says_so_and_the_study_goes_on(command
         "no runs through native FMUs, as these cannot be built here: cc cannot compile plant_centralised: no\n" in out
     )
     assert "report.html" in out
+
+
+def test_the_rest_of_a_study_is_flown_where_a_run_failed(command, study, monkeypatch, tmp_path, capsys):
+    key = ("corrected", "distributed", "slew")
+    folder = tmp_path / "distributed-slew-seed1"
+    failed = Failed(key=key, seed=1, folder=folder, cause="plant: refused at 1 s.")
+    lame = Results(metrics={}, seeds=[1], duration=300.0, failed=(failed,))
+    command(study)
+    capsys.readouterr()
+    monkeypatch.setattr(paper, "run_paper", lambda *_: lame)
+    asked = []
+    monkeypatch.setattr(module, "run_natively", lambda *arguments: asked.append(arguments[-1]) or study)
+    monkeypatch.setattr(paper_pages, "draw_paper", lambda *arguments: asked.append(arguments[-1]) or [])
+    monkeypatch.setattr(paper_pages, "report_paper", lambda *arguments: asked.append(arguments[-1]))
+
+    assert main(["paper", "--out", str(tmp_path), "--corrected"]) == 1
+    assert asked == [[folder]] * 3
+    line = f"1 of 1 runs failed, table and page have the others: {folder.name}: plant: refused at 1 s ({folder})"
+    assert capsys.readouterr().err == f"flexsat: {line}\n"
+
+
+def test_margins_are_determined_where_they_are_asked_for(command, study, monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(
+        design_margins, "find_margins", lambda *arguments: asked.append(arguments[1:4]) or ["margins: no"]
+    )
+    old = design_margins.loop_folder(tmp_path, "distributed", "corrected")
+    old.mkdir(parents=True)
+    (old / FILE_OF_MARGINS).write_text("{}")
+    code, _, error, _ = command(study, "--corrected")
+    assert (code, asked, old.exists()) == (0, [], False)  # of an earlier study
+
+    code, out, error, _ = command(study, "--corrected", "--margins")
+    assert (code, error) == (1, "flexsat: margins: no\n")
+    assert asked == [(tmp_path, ["corrected", "published_design"], 1)]
+    assert "disk margin" in out

@@ -8,8 +8,13 @@ import json
 
 import pytest
 
+from flexbench.engine.jobs import Finished
+from flexbench.html.document import Paragraph, Table
 from flexbench.loop.scenarios import SCENARIOS
-from flexbench.studies.paper.published import ROWS
+from flexbench.report.headline import headline_blocks
+from flexbench.report.study_table import study_table
+from flexbench.studies.paper import paper
+from flexbench.studies.paper.published import ROWS, VARIANTS
 from flexbench.studies.paper.table import (
     Results,
     against_published,
@@ -20,6 +25,7 @@ from flexbench.studies.paper.table import (
     number,
     numbers,
 )
+from flexbench.studies.paper.table import lines as table_lines
 from flexsat.description.built_in import CONFIGURATIONS
 
 RUN = ("as_published", "corrected")  # the variants that have numbers
@@ -164,3 +170,62 @@ def test_text_shows_every_row():
     for row in ROWS:
         assert tables.count(row.label) == 2  # a table each configuration
         assert row.definition in text
+
+
+@pytest.fixture
+def lame(monkeypatch, tmp_path):
+    """Return a study of which two runs failed, one of them for each seed, as `run_paper` leaves it; and its folder."""
+
+    def finished(jobs, processes, *, keep_all):
+        assert (processes, keep_all) == (2, True)
+        found = []
+        for job in jobs:
+            name = job.folder.name
+            failure = "plant: crashed\nwith SIGSEGV." if name.startswith("distributed-slew-as") else ""
+            failure = "sensors: refused" if name == "centralised-slew-seed2" else failure
+            metrics = {} if failure else {row.key: 2.0 for row in ROWS}
+            found.append(Finished(job=job, metrics=metrics, wall_time=1.0, simulated_time=300.0, failure=failure))
+        return found
+
+    monkeypatch.setattr(paper, "run_jobs", finished)
+    monkeypatch.setattr(paper, "saturated_from", lambda _: 0.02)
+    return paper.run_paper(tmp_path / "fmus", tmp_path, VARIANTS, [1, 2], 300.0, 2), tmp_path
+
+
+def test_runs_that_failed_are_marked_and_the_others_counted(lame):
+    study, folder = lame
+    assert [one.folder.name for one in study.failed] == [
+        "distributed-slew-as-published-seed1", "distributed-slew-as-published-seed2", "centralised-slew-seed2",
+    ]  # fmt: skip
+    lines = {line[0]: line for line in table_lines(study, "distributed")}
+    assert lines["slew: settling"][3:6] == ["failed", "-", "2 ± 0"]
+    assert "failed" not in lines["fine pointing: error"]
+    cell = study.cell(ROWS[0], "corrected", "centralised")
+    assert cell is not None
+    assert (cell.count, cell.deviation) == (1, None)
+    text = (folder / "table.txt").read_text()
+    assert f"Failed, and in no number: {study.failed[0].text}." in text
+    assert study.failed[0].text.endswith(f"plant: crashed with SIGSEGV ({study.failed[0].folder})")
+    assert paper.failures_text(study)[0].startswith("3 of 28 runs failed, table and page have the others: distributed")
+    kept = paper.one_seed_folders(folder, VARIANTS, 2, [one.folder for one in study.failed])
+    assert len(kept) == 10
+    assert paper.failures_text(results()) == []
+
+
+def test_the_page_marks_runs_that_failed_with_cause_and_folder(lame):
+    _, folder = lame
+    blocks = study_table(folder)
+    centralised, distributed = (block for block in blocks if isinstance(block, Table))
+    rows = {row[0]: row for row in distributed.rows}
+    width = len(distributed.header)
+    assert rows["slew: settling"][:6] == ["slew: settling", "s", "30", "failed", "-", "2 ± 0"]
+    assert all(len(row) == width for row in [*centralised.rows, *distributed.rows])
+    assert "failed" not in str(centralised.rows)  # of one of two seeds
+    assert sum(text_of(block).startswith("Failed, and in no number") for block in blocks) == 3
+    (answer, _) = [text_of(block) for block in headline_blocks([], [folder])] + [""]
+    assert "Failed, and in no number of this page: distributed-slew-as-published-seed1, " in answer
+
+
+def text_of(block):
+    """Return the text of a paragraph."""
+    return block.text if isinstance(block, Paragraph) else ""
