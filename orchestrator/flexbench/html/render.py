@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from .document import Block, Heading, Listing, Paragraph, Picture
 
 TEMPLATES = Path(__file__).with_name("templates")
+LONGEST_NUMBER = 24  # letters of a cell that is kept on one line, with its unit or a second number
 _CODE = re.compile(r"`([^`]+)`")  # as in Markdown
 
 
@@ -31,9 +32,15 @@ def template_environment(*folders: Path) -> Environment:
     )
     environment.policies["json.dumps_kwargs"] = {"ensure_ascii": False, "allow_nan": False}
     environment.filters["split_code"] = _CODE.split  # texts and, in odd places, what stands between backticks
+    environment.tests["number_cell"] = is_number_cell
     for name, kind in (("heading", Heading), ("paragraph", Paragraph), ("listing", Listing), ("picture", Picture)):
         environment.tests[name] = kind.__instancecheck__
     return environment
+
+
+def is_number_cell(text: str) -> bool:
+    """Return whether a cell is short and begins with a number, so that it must not break, as in an exponent."""
+    return len(text) <= LONGEST_NUMBER and text.lstrip("+-")[:1].isdigit()
 
 
 def as_html(blocks: Sequence[Block]) -> str:

@@ -52,6 +52,18 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
 }
 
 
+_ORDER = (  # of figures on a page: what flew, its loops, the spacecraft, the bench; what is not named here comes last
+    *(r"slew-seed.*", r"fine-pointing-seed.*", r"slew-.*", r"fine-pointing-.*"),
+    *("bandwidth-.*", "nichols-.*", "sensitivity-.*", "spillover-.*", "robust-.*"),
+    *("structure", "mode-shapes.*", "campbell.*", "wheel-responses-.*", "architecture-.*", "software"),
+)
+
+
+def place_of(name: str) -> int:
+    """Return where a figure stands on a page, by the name of its file."""
+    return next((k for k, pattern in enumerate(_ORDER) if re.fullmatch(pattern, name)), len(_ORDER))
+
+
 def caption_of(name: str) -> str:
     """Return the caption of a figure; for a name that is not known, the name in words."""
     for pattern, caption in _CAPTIONS.items():

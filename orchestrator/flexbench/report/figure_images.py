@@ -15,7 +15,7 @@ import PIL.Image
 from flexbench.html.page_parts import TYPES, Image
 from lockstep.errors import InputError
 
-from .captions import caption_of
+from .captions import caption_of, place_of
 from .results import Result
 
 _PLACES = re.compile(rb' (?:d|x|y|points)="[^"]*"')  # of paths and marks; not the scales of transformations
@@ -38,7 +38,7 @@ def stored_images(folder: Path) -> list[Image]:
         if path.suffix in TYPES:
             files.setdefault(path.stem, []).append(path)
     images = []
-    for stem, paths in files.items():
+    for stem, paths in sorted(files.items(), key=lambda entry: (place_of(entry[0]), entry[0])):
         read = {path: slim(path.read_bytes()) if path.suffix == ".svg" else path.read_bytes() for path in paths}
         smallest = min(paths, key=lambda path: len(read[path]))
         raster = next((path for path in paths if path.suffix == ".png"), None)

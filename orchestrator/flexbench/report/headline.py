@@ -113,7 +113,9 @@ def _of_study(folder: Path) -> list[Block]:
     for name in CONFIGURATIONS:
         cells = [_fine(rows, name, quantity) for quantity in _FINE]
         if any(cells):
-            sentences.append(f"The robust design, {name}: {', '.join(cell for cell in cells if cell)}.")
+            sentences.append(
+                f"The robust design in fine pointing, {name}: {', '.join(cell for cell in cells if cell)}."
+            )
     ratios = [row["mean"] / row["published"] for row in rows
               if row["variant"] == "as_published" and row["published"] and math.isfinite(row["mean"])]  # fmt: skip
     if ratios:

@@ -17,8 +17,8 @@ _NOTE = (
     " paper: "
 )
 _MORE = (
-    "loop shapes and the trade-off of the robust design, which `flexsat figures --robust-design` draws; margins"
-    " measured through the FMUs by `flexsat margins`."
+    "loop shapes and the trade-off of the robust design, which `flexsat figures --robust-design` draws, and"
+    " margins measured through the FMUs."
 )
 _OF_LOOPS = (("bandwidth", "controller bandwidth over the wheel responses"), ("nichols|sensitivity", "margins"),
              ("spillover", "spillover"))  # fmt: skip

@@ -193,7 +193,7 @@ def _marks(result: Result, signals: Signals) -> Iterator[dict[str, Any]]:
         if kind in ("start", "end", "log") or count >= MOST_MARKS:
             continue
         count += 1
-        text = str(event.get("name") or event.get("component") or kind) + (
+        text = str(event.get("name") or kind.replace("-", " ") or event.get("component")) + (
             " ends" if event.get("state") == "end" else ""
         )
         yield {"time": float(event.get("time", 0.0)), "text": text[:24], "kind": kind}

@@ -50,3 +50,15 @@ def test_unknown_name_in_a_template_is_an_error(tmp_path):
     (tmp_path / "bad.html").write_text("{{ nothing }}")
     with pytest.raises(jinja2.UndefinedError, match="nothing"):
         template_environment(tmp_path).get_template("bad.html").render()
+
+
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [("1.44e-3 (5.42e-3)", True), ("+175 ± 64 %", True), ("-0.1", True), ("steady part", False), ("", False),
+     ("2 wheels at their limit of torque", False)],
+)  # fmt: skip
+def test_a_number_does_not_break_over_two_lines(text, kept):
+    page = as_html([Heading(1, "t"), Table(("a",), [[text]], code=frozenset())])
+
+    cell = lxml.html.fromstring(page).find(".//td")
+    assert (cell.get("class") == "n") is kept

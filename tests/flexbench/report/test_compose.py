@@ -18,7 +18,7 @@ from flexbench.html.page_parts import PAGE_FOLDER, Image, image_of
 from flexbench.html.render import template_environment
 from flexbench.report import study_sections as of_studies
 from flexbench.report.compose import compose_page
-from flexbench.report.figure_images import WIDTHS, fitted_images, stored_images
+from flexbench.report.figure_images import WIDTHS, fitted_images, slim, stored_images
 from flexbench.report.results import load_results
 from flexbench.report.sections import SECTIONS
 from flexbench.report.study_table import study_table
@@ -92,11 +92,18 @@ def test_figures_that_are_too_large_together_are_reduced_and_all_there(tmp_path)
 
     taken, left = fitted_images(stored_images(tmp_path), room=200_000)
 
-    assert ([image.name for image in taken], left) == (["campbell", "slew-seed1"], [])
+    assert ([image.name for image in taken], left) == (["slew-seed1", "campbell"], [])
     assert sum(len(image.data) for image in taken) <= 200_000
-    with PIL.Image.open(io.BytesIO(taken[0].data)) as reduced:
+    with PIL.Image.open(io.BytesIO(taken[1].data)) as reduced:
         assert reduced.width in WIDTHS
         assert reduced.height == pytest.approx(reduced.width / 20, abs=1)
+
+
+def test_places_in_a_figure_have_two_decimals_and_scales_all():
+    path = b'<path id="line-1.2345" d="M 1.23456 -0.98765e-3 L 10 2.5" transform="scale(0.015625)"/><use x="3.14159"/>'
+
+    kept = b'<path id="line-1.2345" d="M 1.23 -0.98e-3 L 10 2.5" transform="scale(0.015625)"/><use x="3.14"/>'
+    assert slim(path) == kept
 
 
 def test_picture_of_a_section_is_an_image_with_escaped_title():

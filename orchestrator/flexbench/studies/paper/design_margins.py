@@ -25,6 +25,7 @@ from ...engine.dispatch import dispatch
 from ...engine.fingerprint import fingerprint, of_system
 from ...engine.pools import LocalPool, settings_of
 from ...engine.tasks import Task
+from ...loop.scenarios import ScenarioName
 from ...runs.json_file import read_json, write_json
 from ..margins.study import FILE, Settings, curves, read_study, run_study
 from ..margins.system_loop import read_loop
@@ -32,7 +33,7 @@ from .paper import run_overrides
 from .published import TITLES, VARIANTS, Variant
 
 FOLDER = "margins"  # in that of the study
-SCENARIO = "fine_pointing"  # whose loop is analysed; the slew has the same with the coarse star tracker
+SCENARIO: ScenarioName = "fine_pointing"  # whose loop is analysed; the slew has the same with the coarse star tracker
 FIGURES = ("bandwidth", "nichols", "sensitivity", "spillover")  # names, before that of the layout
 AXES = ("x", "y", "z")
 TITLE = "Margins and spillover"
@@ -195,17 +196,20 @@ def _row(loop: LoopMargins) -> list[str]:
 
 
 def sentences(loops: Sequence[LoopMargins]) -> list[str]:
-    """Return what the margins say of each layout: on the full plant, and of the published design."""
+    """Return a sentence about each design: on which plant it is stable in which layout, and by how much."""
     found = []
-    for loop in loops:
-        stability = loop.content["stability"]
-        plant = f"{stability['modes']:g} modes, up to {stability['highest']:.1f} Hz"
-        if loop.stable:
-            exact = loop.content["analysis"]["exact"]
-            delay = "100 ms and more" if exact["delay"] is None else f"{1e3 * exact['delay']:.1f} ms"
-            found.append(f"{loop.configuration}, {loop.title}: stable on {plant}, up to {delay} of further delay.")
-        else:
-            found.append(
-                f"{loop.configuration}, {loop.title}: unstable on {plant}; it grows by {stability['growth']:.3g} 1/s."
-            )
+    for variant in VARIANTS:
+        own = [loop for loop in loops if loop.variant == variant]
+        if own:
+            stability = own[0].content["stability"]
+            plant = f"{stability['modes']:g} modes, up to {stability['highest']:.1f} Hz"
+            title = TITLES[variant]
+            found.append(f"{title[0].upper()}{title[1:]}, on {plant}: {', '.join(map(_verdict, own))}.")
     return found
+
+
+def _verdict(loop: LoopMargins) -> str:
+    if not loop.stable:
+        return f"{loop.configuration} unstable (it grows by {loop.content['stability']['growth']:.3g} 1/s)"
+    delay = loop.content["analysis"]["exact"]["delay"]
+    return f"{loop.configuration} stable up to {'more than 100' if delay is None else f'{1e3 * delay:.1f}'} ms of delay"

@@ -86,7 +86,10 @@ def test_table_and_sentences_have_margins_bandwidth_and_spillover(tmp_path):
     assert first[4:] == ["stable", "to 0, +6.0", "66", "12.5", "0.80", "3, 5, below 1"]
     assert second[4] == "unstable: doubles in 4 ms"
     assert len(first) == len(second) == len(HEADER)
-    assert sentences([flown, lost])[1].endswith("unstable on 198 modes, up to 79.6 Hz; it grows by 173 1/s.")
+    assert sentences([flown, lost]) == [
+        "Corrected, robust, on 198 modes, up to 79.6 Hz: centralised stable up to 12.5 ms of delay.",
+        "Corrected, published design, on 198 modes, up to 79.6 Hz: centralised unstable (it grows by 173 1/s).",
+    ]
     (_, table, _) = margin_blocks(tmp_path)
     assert table.rows == [first, second]
     assert margin_blocks(tmp_path / "none") == []
