@@ -17,7 +17,7 @@ from .statistics.sample import Metric, Requirement
 from .toml_values import flag_of, number_of, one_of, refuse_unknown, text_of, texts_of, whole_of
 
 Sampling = Literal["random", "latin-hypercube", "sobol", "saltelli", "grid", "one-at-a-time", "table"]
-Kind = Literal["parameter", "fault", "delay", "command", "system"]
+Kind = Literal["parameter", "fault", "delay", "command", "system", "spacecraft"]
 SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COUNTED = ("random", "latin-hypercube", "sobol", "saltelli")  # samplings of as many cases as the file says
@@ -45,7 +45,7 @@ class Input:
 
     name: str  # of its column
     kind: Kind
-    targets: tuple[str, ...]  # component.parameter, fault.key, from:to, row:column; of a system none
+    targets: tuple[str, ...]  # component.parameter, fault.key, from:to, row:column, bus.mass; of a system none
     unit: str  # of the values; "": that of what they are given to
     drawn: Drawn
 
@@ -134,6 +134,11 @@ def read_campaign(path: Path) -> Campaign:
     return campaign
 
 
+def is_spacecraft(path: Path) -> bool:
+    """Return whether a system is given by a spacecraft's file, whose FMUs are built first."""
+    return path.suffix == ".toml"
+
+
 def _check(campaign: Campaign, where: str) -> None:
     systems = [one for one in campaign.inputs if one.kind == "system"]
     if not campaign.metrics:
@@ -141,6 +146,9 @@ def _check(campaign: Campaign, where: str) -> None:
     if bool(campaign.systems) == bool(systems) or len(systems) > 1:
         raise InputError(f"{where}: systems: write either [systems] with one or more files, or one input with"
                          ' system = ["a.ssd", "b.ssd"]')  # fmt: skip
+    if systems and (fields := [one.name for one in campaign.inputs if one.kind == "spacecraft"]):
+        raise InputError(f"{where}: input.{fields[0]}: changes the spacecraft files under [systems]; leave out"
+                         f" input.{systems[0].name}")  # fmt: skip
     if (campaign.cases is None) == (campaign.sampling in COUNTED):
         what = "missing; give how many" if campaign.cases is None else f"{campaign.cases}: leave it out"
         raise InputError(f"{where}: campaign: cases: {what}, with sampling = {campaign.sampling!r}")
@@ -178,7 +186,7 @@ def _input(name: str, entry: Any, path: Path) -> Input:
     elif not targets:
         raise InputError(f"{where}: {kind} = []: name what it gives values to")
     unit = text_of(entry, "unit", where, "")
-    if unit and kind != "parameter":
+    if unit and kind not in ("parameter", "spacecraft"):
         raise InputError(f"{where}: unit = {unit!r}: values of a {kind} are in the unit of its file; leave it out")
     return Input(name=name, kind=kind, targets=targets, unit=unit, drawn=read_drawn(rest, where))
 

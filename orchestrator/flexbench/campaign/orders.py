@@ -21,7 +21,7 @@ from lockstep.system.system import System
 from ..engine.content import File, put
 from ..engine.fingerprint import files_of, of_system
 from ..loop.fmu_choice import choose_fmus
-from .campaign_file import Campaign, Input
+from .campaign_file import Campaign, Input, is_spacecraft
 from .distributions import Value
 from .order import Order, Wanted, moved_files, with_delays
 from .sampling import Case, draw
@@ -49,6 +49,9 @@ class Orders:
     systems: Mapping[str, Stored]  # by name; or, where cases draw one, by path
     texts: Mapping[str, Any]  # what each system is, as plain values
     wanted: Wanted
+    builds: Sequence[
+        Mapping[str, str]
+    ] = ()  # of each case whose spacecraft files are its own: key in `systems`, by name
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,6 +95,8 @@ class Orders:
 
     def _stored(self, number: int) -> Stored:
         case, name = self.case_of(number)
+        if self.builds:
+            return self.systems[self.builds[case - 1][name]]
         if name in self.systems:
             return self.systems[name]
         drawn = next(one.name for one in self.campaign.inputs if one.kind == "system")
@@ -108,9 +113,15 @@ def prepare(campaign: Campaign, folder: Path, report: Report) -> Orders:
     """
     cases = draw(campaign)
     drawn = next((one for one in campaign.inputs if one.kind == "system"), None)
+    keys: Sequence[Mapping[str, str]] = ()
     paths = dict(campaign.systems) if drawn is None else {str(one): Path(str(one)) for one in drawn.drawn.values}
-    loaded = {name: load_system(_built(path, campaign, folder, report)) for name, path in paths.items()}
-    check_signal_units(campaign.metrics, campaign.sources, loaded.values(), campaign.path.name)
+    if any(one.kind == "spacecraft" for one in campaign.inputs) or any(is_spacecraft(path) for path in paths.values()):
+        from .spacecraft_builds import build_spacecraft
+
+        keys, paths = build_spacecraft(campaign, cases, paths, folder, report)
+    first = tuple(keys[0].values()) if keys else tuple(paths)
+    loaded = {name: load_system(path) for name, path in paths.items()}
+    check_signal_units(campaign.metrics, campaign.sources, [loaded[name] for name in first], campaign.path.name)
     chosen = choose_fmus(list(loaded.values()), campaign.python)
     report(chosen.text)
     systems = {name: chosen.of(system) for name, system in loaded.items()}
@@ -128,8 +139,9 @@ def prepare(campaign: Campaign, folder: Path, report: Report) -> Orders:
             histories=campaign.histories,
             keep_fmus=campaign.keep_fmus,
         ),
+        builds=keys,
     )
-    _plan_first(orders, systems, paths, drawn)
+    _plan_first(orders, {name: systems[name] for name in first}, drawn)
     return orders
 
 
@@ -142,7 +154,7 @@ def _record(campaign: Campaign) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(name for names in needed for name in names))
 
 
-def _plan_first(orders: Orders, systems: Mapping[str, System], paths: Mapping[str, Path], drawn: Input | None) -> None:
+def _plan_first(orders: Orders, systems: Mapping[str, System], drawn: Input | None) -> None:
     """Plan the first case with every system, which checks all names and the values of that case."""
     order = orders.order(1)
     wanted = orders.wanted
@@ -151,26 +163,8 @@ def _plan_first(orders: Orders, systems: Mapping[str, System], paths: Mapping[st
             Plan(with_delays(system, order), wanted.stop_time, dict(order.overrides), wanted.record,
                  wanted.record_period)  # fmt: skip
         except InputError as error:
-            where = paths[name].name if drawn else f"systems.{name}"
+            where = Path(name).name if drawn else f"systems.{name}"
             raise InputError(f"{orders.campaign.path.name}: {where}: {error}") from None
-
-
-def _built(path: Path, campaign: Campaign, folder: Path, report: Report) -> Path:
-    """Return the path of a system; of a spacecraft file, build its FMUs first."""
-    if path.suffix != ".toml":
-        return path
-    from ..loop.build import build_files
-    from ..loop.spacecraft import read_file
-
-    name = read_file(path).name
-    target = folder / "spacecraft" / put(path, folder / "files").digest[:12]
-    system = target / name / "native" / f"{campaign.scenario}.ssd"
-    if not system.is_file():
-        report(f"{path.name}: building its FMUs")
-        build_files([path], target, lambda _: None, native=True)
-    if not system.is_file():
-        raise InputError(f"{path}: campaign: scenario = {campaign.scenario!r}: no such system; {system} is missing")
-    return system
 
 
 def _store(system: System, store: Path) -> Stored:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -94,8 +95,8 @@ def as_plain(event: Event, found: RareEvent) -> dict[str, Any]:
         "probability": found.probability,
         "low": low,
         "high": high,
-        "coefficient_of_variation": found.deviation,
-        "coefficient_of_variation_most": found.deviation_most,
+        "coefficient_of_variation": _finite(found.deviation),
+        "coefficient_of_variation_most": _finite(found.deviation_most),
         "runs": found.runs,
         "reached": found.reached,
         "levels": [{**asdict(one), "threshold": _shown(event, one.threshold)} for one in found.levels],
@@ -124,9 +125,16 @@ def sentence(event: Event, found: RareEvent) -> str:
     if not found.reached:
         return (f"{event.text}: not reached within {found.runs} runs; its probability is below about"
                 f" {found.probability:.1g}. Give more cases, or a nearer limit.")  # fmt: skip
+    if not math.isfinite(found.deviation):
+        return (f"{event.text}: probability {found.probability:.2g}, without bounds: all runs with the event descend"
+                f" from one first run; give more cases. {found.runs} runs.")  # fmt: skip
     low, high = found.bounds()
     return (f"{event.text}: probability {found.probability:.2g}, 95 % bounds {low:.2g} to {high:.2g}, coefficient of"
             f" variation {found.deviation:.2g}, {found.runs} runs.")  # fmt: skip
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _shown(event: Event, response: float) -> float:

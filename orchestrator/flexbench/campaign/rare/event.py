@@ -61,6 +61,9 @@ def check_rare(campaign: Campaign, event: Event) -> None:
                          " the runs of a level, a multiple of 10")  # fmt: skip
     if len(campaign.systems) != 1 or not (campaign.inputs or campaign.branch_seeds):
         raise InputError(f"{campaign.path.name}: a rare event needs one system under [systems], and inputs")
+    if not campaign.branch_seeds and (fixed := [one.name for one in campaign.inputs if one.kind == "spacecraft"]):
+        raise InputError(f"{campaign.path.name}: input.{fixed[0]}: each value of a spacecraft file needs FMUs of its"
+                         " own, and chains draw new ones at every level; leave it out")  # fmt: skip
     if campaign.branch_seeds:
         _check_branches(campaign, event)
 

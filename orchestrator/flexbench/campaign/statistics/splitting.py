@@ -103,7 +103,7 @@ def splitting(
     ----------
     Brehier, Gazeau, Goudenege, Lelievre, Rousset (2016), Annals of Applied Probability 26(6), 3559-3601: generalized
     adaptive multilevel splitting in discrete time, equal responses included. The deviation is that between the
-    families of the first runs, after Chan and Lai (2013), Annals of Statistics 41(6), 2866-2904.
+    families of the first runs: Lee and Whiteley (2018), Biometrika 105(3), 609-625.
     """
     if samples < 2 or not 0.0 < killed < 1.0 or samples > most_runs:
         raise InputError(f"splitting: {samples} runs with a share of {killed:g} ended; at least 2, at most {most_runs}")
@@ -163,10 +163,14 @@ def _deviation(share: float, samples: int) -> float:
 def _between_families(roots: Sequence[int], samples: int) -> tuple[float, float]:
     """Return the relative standard deviation, from how the runs with the event are spread over the first runs.
 
-    And over how many equal families they would be as unevenly spread.
+    And over how many equal families they would be as unevenly spread. Families are independent, so that pairs of runs
+    of different families give the square of the probability without bias (Lee and Whiteley); the square of the
+    estimate, which all pairs give, is larger by the variance. With one family that is unknown, infinite.
     """
-    if not roots:
+    if not len(roots):
         return math.inf, 1.0
     sizes = np.unique(np.array(roots), return_counts=True)[1] / len(roots)
+    if len(sizes) == 1:
+        return math.inf, 1.0
     uneven = float(np.sum(sizes**2))
-    return math.sqrt(max(0.0, uneven - 1.0 / samples) * samples / (samples - 1)), 1.0 / uneven
+    return math.sqrt(max(0.0, uneven - 1.0 / samples) / (1.0 - uneven)), 1.0 / uneven

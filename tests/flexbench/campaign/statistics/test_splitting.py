@@ -1,12 +1,13 @@
 """Splitting along time: walks with known probabilities of first passage; equal responses; what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import binom, norm
 
-from flexbench.campaign.statistics.splitting import path_of, splitting
+from flexbench.campaign.statistics.splitting import _between_families, path_of, splitting
 from lockstep import InputError
 
 STEPS = 60
@@ -71,7 +72,7 @@ def passage_of_relaxing(level):
 def test_one_in_a_hundred_thousand_without_bias_with_at_most_3000_runs(follow, threshold, exact):
     assert 0.7e-5 < exact < 1.3e-5
     repeated = []
-    for seed in range(1, REPEATED + 1):
+    for seed in range(101, 101 + REPEATED):
         process = Process(follow)
         found = splitting(process, threshold, STEPS - 1, samples=250, seed=seed)
         assert found.reached
@@ -83,9 +84,9 @@ def test_one_in_a_hundred_thousand_without_bias_with_at_most_3000_runs(follow, t
 
     assert estimates.mean() == pytest.approx(1.0, abs=3.5 * estimates.std() / math.sqrt(REPEATED))
     assert estimates.std() < 0.75
-    assert 0.5 < np.sqrt(np.mean(stated**2)) / estimates.std() < 2.0  # known to 15 %, and estimates are skew
+    assert 0.5 < np.median(stated) / estimates.std() < 2.0  # known to 15 %, and estimates are skew
     held = [low < exact < high for low, high in (one.bounds() for one in repeated)]
-    assert sum(held) >= 19  # of 24
+    assert sum(held) >= 22  # of 24; of 300 97 %: tests/bench/splitting.py
 
 
 def test_an_event_that_is_not_rare_is_counted_and_one_out_of_reach_is_said():
@@ -110,3 +111,33 @@ def test_a_run_that_comes_nearest_with_its_last_row_has_no_branch_after_it():
     assert asked == [0] * 100
     assert found.runs == 100
     assert found.probability == pytest.approx(0.1, abs=0.1)
+
+
+def test_deviations_between_independent_families_are_known_from_few_runs_too():
+    """The mean of the stated variances is the variance: of independent runs, each with a number of descendants."""
+    rng = np.random.default_rng(3)
+    samples, repeated = 40, 4000
+    descendants = rng.exponential(size=(repeated, samples)) * (rng.random((repeated, samples)) < 0.25)
+    totals = descendants.sum(axis=1)
+    relative = (totals.std() / totals.mean()) ** 2  # 0.175
+    counts = np.round(descendants * 100).astype(int)
+    stated = [_between_families(np.repeat(np.arange(samples), row), samples) for row in counts[:1000]]
+    variances = np.array([deviation**2 for deviation, _ in stated])
+
+    assert np.median(variances) == pytest.approx(relative, rel=0.15)
+    families = np.array([effective for _, effective in stated])
+    assert ((families >= 1.0) & (families <= np.count_nonzero(counts[:1000], axis=1) + 1e-9)).all()
+
+
+def test_bounds_of_branches_are_those_of_an_estimate_without_bias_and_none_with_one_family():
+    deviation, families = _between_families([1, 1, 2, 2, 3, 3, 4, 4], 100)
+    assert families == 4.0
+    assert deviation == pytest.approx(math.sqrt((0.25 - 0.01) / 0.75))
+    event = splitting(Process(walk), 1.5, STEPS - 1, samples=100)
+    given = replace(event, probability=1e-5, deviation=deviation, deviation_most=deviation, families=families)
+    low, high = given.bounds()
+    middle, quantile = 1e-5 * math.sqrt(1.0 + deviation**2), 2.7764451  # Student's, 4 degrees of freedom
+    assert math.sqrt(low * high) == pytest.approx(middle)  # the mean of a lognormal estimate is 1e-5 there
+    assert math.log(high / low) == pytest.approx(2.0 * quantile * math.sqrt(math.log1p(deviation**2)))
+    one = replace(given, **dict.fromkeys(("deviation", "deviation_most"), _between_families([7, 7, 7], 100)[0]))
+    assert one.bounds() == (0.0, 1.0)
