@@ -23,8 +23,8 @@ from lockstep import load_system
 
 SETTINGS = Settings(length=10.0, settle=1, periods=2, quiet=True, zoom=4.0)  # modes cross gain one between lines
 BEYOND = {  # near the margins that linear analysis finds
-    "centralised": [Change(gain=2.25), Change(gain=2.5), Change(phase=60.0), Change(delay=0.05), Change(delay=0.06)],
-    "distributed": [Change(gain=4.0), Change(phase=60.0), Change(delay=0.011), Change(delay=0.013)],
+    "centralised": [Change(gain=6.0), Change(gain=7.0), Change(phase=60.0), Change(delay=0.1)],
+    "distributed": [Change(gain=4.0), Change(phase=60.0), Change(delay=0.02), Change(delay=0.03)],
 }
 
 

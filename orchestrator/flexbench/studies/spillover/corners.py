@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
+from scipy.stats import qmc
+
 from flexsat.parameters import ALL_MODES, ARCSECOND, ConfigurationName
 from flexsat.spacecraft.variation import ModelErrors
 
@@ -48,3 +50,10 @@ def points_between(modes: int = ALL_MODES) -> Iterator[Corner]:
     """
     for inertia, damping in product(SMALL_INERTIA, LESS_DAMPING):
         yield Corner(modes=modes, errors=ModelErrors(inertia=inertia, damping=damping))
+
+
+def drawn_points(modes: int = ALL_MODES, count: int = 64, seed: int = 1) -> Iterator[Corner]:
+    """Yield points within the errors of the model, as scrambled Sobol points; `count` is a power of two."""
+    for share in 2.0 * qmc.Sobol(3, rng=seed).random(count) - 1.0:
+        frequency, damping, inertia = (share * (ERRORS.frequency, ERRORS.damping, ERRORS.inertia)).tolist()
+        yield Corner(modes=modes, errors=ModelErrors(frequency=frequency, damping=damping, inertia=inertia))

@@ -1,12 +1,24 @@
 """Stability of both controller designs on a structure with more modes than the controller knows."""
 
+from dataclasses import replace
+from itertools import islice
+
 import numpy as np
 import pytest
 
 from flexbench.studies.margins.designed_loop import DesignedLoop
-from flexbench.studies.margins.real_plant import MODE_COUNTS, Corner, stability, table_rows
-from flexbench.studies.spillover.corners import DELAY, GAINS, PHASE, required_corners
-from flexsat.description.built_in import CONFIGURATIONS
+from flexbench.studies.margins.real_plant import MODE_COUNTS, Corner, Plants, stability, table_rows
+from flexbench.studies.spillover.corners import (
+    DELAY,
+    ERRORS,
+    GAINS,
+    PHASE,
+    drawn_points,
+    points_between,
+    required_corners,
+)
+from flexsat.description.built_in import CONFIGURATIONS, configuration
+from flexsat.design.chain import build_design
 from flexsat.parameters import ALL_MODES
 from flexsat.spacecraft.variation import ModelErrors
 from lockstep import InputError
@@ -42,13 +54,31 @@ def test_the_robust_design_holds_at_its_corners(robust, name):
     assert unstable == []
 
 
-def test_corners_do_not_bound_what_lies_between_them(robust):
-    """A campaign found it: it lost 83 of 500 centralised loops within these errors, and no distributed one."""
-    between = Corner(modes=40, errors=ModelErrors(damping=-0.5, inertia=0.02))
-    assert stability(robust["distributed"], between).stable
-    found = stability(robust["centralised"], between)
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+def test_the_robust_design_holds_between_the_corners(robust, name):
+    """Corners do not bound what lies between them: a campaign lost 83 of 500 loops of an earlier centralised design."""
+    points = [*islice(points_between(40), 2, None, 3), *drawn_points(40, 8)]
+    assert len(points) == 11
+    assert [found.corner.title for found in (stability(robust[name], one) for one in points) if not found.stable] == []
+
+
+def test_between_the_corners_a_design_can_be_lost():
+    """Weights of an earlier design: stable at the worst corner, and not with 2 % more inertia (flown: .088 1/s)."""
+    now = configuration("centralised", "robust")
+    before = {"mrp": 2e6, "deformation": 2e6, "null_wheel_speed": 3e-3, "torque": 10.0}
+    weights = replace(now.weights, gyro_noise=15.0, encoder_noise=4.0, **before)
+    plants = Plants(build_design(replace(now, weights=weights)), 40)
+    found = stability(plants, Corner(modes=40, errors=ModelErrors(damping=-0.5, inertia=0.02)))
     assert found.growth == pytest.approx(0.0912, rel=0.01)  # 1/s
-    assert stability(robust["centralised"], Corner(modes=40, errors=WORST)).stable
+    assert stability(plants, Corner(modes=40, errors=WORST)).stable
+
+
+def test_drawn_points_fill_the_box_of_the_errors():
+    drawn = [point.errors for point in drawn_points(40, 64)]
+    for name in ("frequency", "damping", "inertia"):
+        largest, values = getattr(ERRORS, name), [getattr(errors, name) for errors in drawn]
+        assert max(map(abs, values)) <= largest
+        assert np.histogram(values, 4, (-largest, largest))[0].tolist() == [16] * 4  # Sobol points
 
 
 def test_growth_is_that_of_the_loop_itself(published):
@@ -61,10 +91,10 @@ def test_growth_is_that_of_the_loop_itself(published):
 
 
 def test_the_frequency_of_a_pole_is_no_alias_at_the_star_trackers_rate(robust):
-    """With 2.4 times the gain the bus drives a mode of 10.3 Hz, as in FMUs (tests/bench/measured_margins.py)."""
-    found = stability(robust["centralised"], Corner(modes=60, gain=2.4))
+    """With 7 times the gain the bus drives a mode of 5.9 Hz, as in FMUs (tests/bench/measured_margins.py)."""
+    found = stability(robust["centralised"], Corner(modes=60, gain=7.0))
     assert not found.stable
-    assert found.frequency == pytest.approx(10.3, abs=0.05)  # folded at 10 Hz: 0.3
+    assert found.frequency == pytest.approx(5.92, abs=0.05)  # folded at 10 Hz: 4.08
 
 
 def test_required_corners_cover_the_grid():
