@@ -263,11 +263,12 @@ def test_the_closed_loop_runs_without_fmi_files_and_master():
 
 
 def test_a_run_does_not_wait_for_what_draws_and_reports():
-    """Matplotlib and pandas take longer to import than a short run takes."""
+    """Matplotlib, pandas and the parts of SciPy, which a design needs, take longer to import than a short run takes."""
     source = "import sys; from flexbench.cli.parser import main; main(['run', 'none.ssd']); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True).stdout.split()
     assert "flexbench.runs.run_folder" in loaded
     assert {"matplotlib", "pandas", "xarray"} & set(loaded) == set()
+    assert {"scipy.linalg", "scipy.sparse", "scipy.spatial", "scipy.ndimage", "control"} & set(loaded) == set()
 
 
 def circles(arrows):

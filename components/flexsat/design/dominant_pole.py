@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from ..fixed_order import on_grid
 from ..spacecraft.assembly import Spacecraft
@@ -23,7 +23,7 @@ def dominant_pole(spacecraft: Spacecraft) -> tuple[float, float]:
     size = RIGID + spacecraft.mode_count
     stiffness = np.zeros((size, size))
     stiffness[RIGID:, RIGID:] = np.diag(spacecraft.frequency**2)
-    found = Eigenpairs(*eigh(stiffness, spacecraft.mass_matrix))
+    found = Eigenpairs(*scipy.linalg.eigh(stiffness, spacecraft.mass_matrix))
     square, shapes = found.values[RIGID:], found.vectors[:, RIGID:].copy()
     about_x = np.zeros(size)
     about_x[ABOUT_X] = 1.0

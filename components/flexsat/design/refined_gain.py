@@ -8,7 +8,7 @@ residuals in double-double arithmetic leave 1e-20.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
+import scipy
 
 from ..arrays import Array
 from ..double_double import Pair, exactly, product
@@ -35,7 +35,7 @@ def refined_gain(a: Array, b: Array, state_weight: Array, torque_weight: Array, 
         after, cross, gain = _gain(exact_a, exact_b, torque_weight, solution)
         defect = product(exact_a.transposed, after) - solution + state_weight - product(cross.transposed, gain)
         closed = a - b @ gain.high
-        change = np.asarray(solve_discrete_lyapunov(closed.T, _symmetric(defect.high)), np.float64)
+        change = np.asarray(scipy.linalg.solve_discrete_lyapunov(closed.T, _symmetric(defect.high)), np.float64)
         solution = solution + _symmetric(change)
     return on_grid(_gain(exact_a, exact_b, torque_weight, solution)[2].high)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from ..arrays import Array
 from .assembly import Spacecraft
@@ -40,7 +40,7 @@ def mode_table(spacecraft: Spacecraft) -> ModeTable:
     size = RIGID + spacecraft.mode_count
     stiffness = np.zeros((size, size))
     stiffness[RIGID:, RIGID:] = np.diag(spacecraft.frequency**2)
-    values, shapes = eigh(stiffness, spacecraft.mass_matrix)
+    values, shapes = scipy.linalg.eigh(stiffness, spacecraft.mass_matrix)
     flexible = shapes[:, RIGID:]
     gyros = spacecraft.gyros
     sensed = np.hstack([np.zeros((len(gyros.axis), 3)), gyros.axis, gyros.axial_slope]) @ flexible

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+import scipy
 
 from ..arrays import Array, Complex, Flags
 from ..description.wheel_set import WheelSet
@@ -110,7 +110,7 @@ def select_speeds(
     """
     hertz, window = speed_grid(selection)
     response = _all_harmonics(spacecraft, hertz) * hertz**2
-    worst = maximum_filter1d(response, window, axis=1, mode="nearest")
+    worst = scipy.ndimage.maximum_filter1d(response, window, axis=1, mode="nearest")
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)
     worst = _within_limits(spacecraft, 2.0 * np.pi * hertz, worst, inner)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+import scipy
 
 from ..arrays import Array
 from ..parameters import Plate
@@ -40,8 +40,8 @@ LINEAR_QUADRATIC_MASS = np.array([[2, -1, -1, 8, 4, 8], [-1, 2, -1, 8, 8, 4], [-
 class PlateMatrices:
     """Assembled matrices on all nodal degrees of freedom (3 a node), before any support."""
 
-    mass: csc_array  # (3n, 3n) [kg, kg.m, kg.m2]
-    stiffness: csc_array  # (3n, 3n) [N/m, N, N.m]
+    mass: scipy.sparse.csc_array  # (3n, 3n) [kg, kg.m, kg.m2]
+    stiffness: scipy.sparse.csc_array  # (3n, 3n) [N/m, N, N.m]
     translation: Array  # (3, 3n): momentum of the plate for unit nodal velocities [kg, kg.m]
     rotation: Array  # (3, 3n): angular momentum about the origin [kg.m, kg.m2]
     total_mass: float  # kg
@@ -170,8 +170,10 @@ def assemble(mesh: Mesh, plate: Plate) -> PlateMatrices:
     second = np.einsum("t,tcd,ce,tef->df", masses, corners, linear, corners)
     xx, yy, xy = second[0, 0], second[1, 1], second[0, 1]
     return PlateMatrices(
-        mass=csc_array(coo_array((mass.ravel(), (rows, columns)), shape=(count, count))),
-        stiffness=csc_array(coo_array((stiffness.ravel(), (rows, columns)), shape=(count, count))),
+        mass=scipy.sparse.csc_array(scipy.sparse.coo_array((mass.ravel(), (rows, columns)), shape=(count, count))),
+        stiffness=scipy.sparse.csc_array(
+            scipy.sparse.coo_array((stiffness.ravel(), (rows, columns)), shape=(count, count))
+        ),
         translation=translation,
         rotation=rotation,
         total_mass=float(masses.sum()),

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
 
 from ..arrays import Array, Index
 from ..parameters import Aperture
@@ -116,7 +116,7 @@ def record_mesh(aperture: Aperture) -> Mesh:
     hole = np.array([polar(aperture.tile_side, 30.0 + 60.0 * k) for k in range(6)])
     interior = np.array([polar(r, angle + 60.0 * k) for r, angle in RECORD_INTERIOR for k in range(6)])
     nodes = np.concatenate([hole, outline, interior])
-    triangles = np.asarray(Delaunay(nodes).simplices, dtype=np.intp)
+    triangles = np.asarray(scipy.spatial.Delaunay(nodes).simplices, dtype=np.intp)
     centroids = nodes[triangles].mean(axis=1)
     inside = _in_some_tile(centroids, centres, aperture.tile_side)
     triangles = _counter_clockwise(nodes, triangles[inside])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from ..arrays import Array, Index
 from .structure import Structure
@@ -166,7 +166,7 @@ def _freed(data: ModalData) -> Structure:
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     rigid = np.block([[given.mass * np.eye(3), -cross], [cross, inertia]])
     held = np.vstack([moved[at], turned[at]])  # (6, m)
-    values, mixing = eigh(np.diag(omega**2), np.eye(len(omega)) + held.T @ rigid @ held)
+    values, mixing = scipy.linalg.eigh(np.diag(omega**2), np.eye(len(omega)) + held.T @ rigid @ held)
     clamped = np.sqrt(values)
     position = data.node_position - origin
     lever = np.cross(turned[at].T[:, None, :], position[None, :, :]).transpose(1, 2, 0)  # (n, 3, m)

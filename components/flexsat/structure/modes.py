@@ -5,9 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eigh
-from scipy.sparse.linalg import eigsh
 
 from ..arrays import Array
 from ..fixed_order import on_grid, product
@@ -41,10 +40,10 @@ def solve_modes(matrices: PlateMatrices, clamped: NDArray[np.intp], count: int) 
     free = np.setdiff1d(np.arange(total), clamped)
     stiffness, mass = matrices.stiffness[free][:, free], matrices.mass[free][:, free]
     if len(free) <= DENSE_LIMIT:
-        values, vectors = eigh(stiffness.toarray(), mass.toarray(), subset_by_index=[0, count - 1])
+        values, vectors = scipy.linalg.eigh(stiffness.toarray(), mass.toarray(), subset_by_index=[0, count - 1])
     else:
         # a fixed start vector: results repeat
-        values, vectors = eigsh(stiffness, count, mass, sigma=0.0, v0=np.ones(len(free)))
+        values, vectors = scipy.sparse.linalg.eigsh(stiffness, count, mass, sigma=0.0, v0=np.ones(len(free)))
         order = np.argsort(values)
         values, vectors = values[order], vectors[:, order]
     shapes = np.zeros((total, count))
@@ -57,7 +56,7 @@ def refined_modes(matrices: PlateMatrices, clamped: NDArray[np.intp], count: int
     total = matrices.mass.shape[0]
     free = np.setdiff1d(np.arange(total), clamped)
     stiffness, mass = (_symmetric(m[free][:, free].toarray()) for m in (matrices.stiffness, matrices.mass))
-    found = Eigenpairs(*eigh(stiffness, mass))
+    found = Eigenpairs(*scipy.linalg.eigh(stiffness, mass))
     last = np.sqrt(found.values[count - 1 : count + 1])
     kept = count + (len(last) == 2 and _is_pair(*last))  # a pair is turned as a whole
     shapes = np.zeros((total, kept))

@@ -110,10 +110,10 @@ def build_files(
         If a file is refused, there is no design for it, or this machine lacks what a build needs.
     """
     try:
-        check_compilers(platforms)
-        in_c = _InC(versions=_versions_in_c(native, fmi3), flat=flat, platforms=platforms, without=None)
         read = [(Path(f"{one.name}.toml"), one) if isinstance(one, SpacecraftFile) else (one, read_file(one))
                 for one in files]  # fmt: skip
+        check_compilers(platforms)
+        in_c = _InC(versions=_versions_in_c(native, fmi3), flat=flat, platforms=platforms, without=None)
         for path, spacecraft in read:
             _build_file(spacecraft, path, folder, print_line, flat, execution_tool, in_c, notes)
     except BuildError as error:

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from ...errors import BuildError
-from ..python.shim import c_compiler, require_linux
+from ..python.shim import c_compiler, require_linux, shim_library
 from .platforms import PLATFORMS
 
 _WINDOWS_RUNTIME = Path(__file__).with_name("windows") / "windows_runtime.c"
@@ -77,7 +77,11 @@ def compiler_for(target: str | None) -> Compiler:
 
 
 def check_compilers(platforms: Sequence[str]) -> None:
-    """Raise BuildError if the compiler for some platforms is missing; arguments as of `binaries`."""
+    """Raise BuildError if this machine's compiler fails, or it or that for a platform is missing: before the design.
+
+    Arguments as of `binaries`. What is compiled here for the FMUs in Python is kept for their build.
+    """
+    shim_library()
     for platform in platforms:
         for target in PLATFORMS[platform].targets:
             compiler_for(target)

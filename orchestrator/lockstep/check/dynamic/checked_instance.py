@@ -78,6 +78,7 @@ class CheckedInstance:
         self._slave = instantiate_unpacked(fmu, experiment.fmi, variables, hooks)
         self.do_step = self._slave.do_step
         self._text_call: PortCall | None = None
+        self._stimuli: dict[int, list[NDArray[Any]]] = {}  # by phase
         self.write = [self._port_call("Set", ports, scalar) for scalar, ports in experiment.by_type("inputs").items()]
         self._read = {
             scalar: self._port_call("Get", ports, scalar) for scalar, ports in experiment.by_type("outputs").items()
@@ -214,8 +215,12 @@ class CheckedInstance:
         return PortCall(bind(scalar, references, buffer), f"{verb}{scalar}", buffer, ports, scalar)
 
     def stimuli(self, phase: int = 0) -> list[NDArray[Any]]:
-        """Return the stimulus of each bound setter, (PERIOD, inputs) each."""
-        return [self.experiment.stimulus(port_call.scalar, phase) for port_call in self.write]
+        """Return the stimulus of each bound setter, (PERIOD, inputs) each; for reading only, as it is kept."""
+        if phase not in self._stimuli:
+            self._stimuli[phase] = [self.experiment.stimulus(port_call.scalar, phase) for port_call in self.write]
+            for table in self._stimuli[phase]:
+                table.flags.writeable = False
+        return self._stimuli[phase]
 
     def put(self, values: Sequence[Any]) -> None:
         """Set the inputs, one array for each bound setter."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from lockstep.fmi.slave import DTYPES, SCALARS, Scalar
 from lockstep.system.component import Component
 
 PREFIXES = {"1.0": "fmi", "2.0": "fmi2", "3.0": "fmi3"}
+SIDES = ("inputs", "outputs")
 PERIOD = 37  # steps after which the stimulus repeats; no divisor of usual sampling periods
 DEFAULT_STEP = 1e-3  # [s] for an FMU that recommends none
 GOLDEN = 0.6180339887498949  # turns between the phases of neighbouring inputs, so that no two are alike
@@ -53,9 +55,12 @@ class Port:
         return self.type or self.kind  # type: ignore[return-value]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """How one FMU is driven; travels to the processes of the checks as JSON."""
+    """How one FMU is driven; travels to the processes of the checks as JSON.
+
+    Its groups of ports are made once: each step of a check asks for them, and an FMU may have hundreds of ports.
+    """
 
     identifier: str
     guid: str
@@ -100,13 +105,30 @@ class Experiment:
 
     def of_kind(self, side: str, kind: str) -> tuple[Port, ...]:
         """Return the inputs or outputs of one type, in the order of the file."""
-        return tuple(port for port in getattr(self, side) if port.kind == kind)
+        return self._kinds.get((side, kind), ())
 
-    def by_type(self, side: str) -> dict[Scalar, tuple[Port, ...]]:
+    def by_type(self, side: str) -> Mapping[Scalar, tuple[Port, ...]]:
         """Return the inputs or outputs that are numbers, by the type in which they travel; each type has some."""
-        numeric = [port for port in getattr(self, side) if port.kind != "String"]
-        groups = {scalar: tuple(port for port in numeric if port.scalar == scalar) for scalar in SCALARS}
-        return {scalar: ports for scalar, ports in groups.items() if ports}
+        return self._types[side]
+
+    @cached_property
+    def _kinds(self) -> dict[tuple[str, str], tuple[Port, ...]]:
+        """The inputs and the outputs of each type that there is."""
+        kinds: dict[tuple[str, str], list[Port]] = {}
+        for side in SIDES:
+            for port in getattr(self, side):
+                kinds.setdefault((side, port.kind), []).append(port)
+        return {key: tuple(ports) for key, ports in kinds.items()}
+
+    @cached_property
+    def _types(self) -> dict[str, dict[Scalar, tuple[Port, ...]]]:
+        """The inputs and the outputs that are numbers, by the type in which they travel, in the order of the types."""
+        found: dict[str, dict[Scalar, tuple[Port, ...]]] = {}
+        for side in SIDES:
+            numeric = [port for port in getattr(self, side) if port.kind != "String"]
+            groups = {scalar: tuple(port for port in numeric if port.scalar == scalar) for scalar in SCALARS}
+            found[side] = {scalar: ports for scalar, ports in groups.items() if ports}
+        return found
 
     def stimulus(self, scalar: Scalar, phase: int = 0) -> NDArray[Any]:
         """Return the inputs of one type over one period of the stimulus, (PERIOD, inputs).
