@@ -27,6 +27,8 @@ from .loop_monitor import watch_loop
 MODE, OUTAGE, STATUS = f"{MANAGER}.mode", f"{MANAGER}.star_tracker.outage", f"{MANAGER}.wheel.status"
 STATES = ("works", "off", "seized")  # of a wheel, by its status
 MOMENTUM = f"{MANAGER}.momentum"
+LIMIT = 2.0  # of an off-loading's duration: then it is given up, as flexsat.runtime.missions.off_loading has it
+NEARLY = 0.99  # of that: rows are not at the very ends of an off-loading
 Event = Mapping[str, Any]  # of events.jsonl
 _WATCHED = (MODE, OUTAGE, STATUS)
 
@@ -34,7 +36,13 @@ _WATCHED = (MODE, OUTAGE, STATUS)
 class MissionMonitor:
     """Looks at the rows of one run; a `lockstep.results.monitor.Monitor`."""
 
-    def __init__(self, columns: Sequence[str], momentum: Sequence[str] = (), tolerance: float | None = None) -> None:
+    def __init__(
+        self,
+        columns: Sequence[str],
+        momentum: Sequence[str] = (),
+        tolerance: float | None = None,
+        duration: float | None = None,
+    ) -> None:
         """Prepare for recorded signals of a mission manager.
 
         Parameters
@@ -42,8 +50,10 @@ class MissionMonitor:
         columns : modes, states of wheels, outages
         momentum : of the wheels about each axis, if it is recorded
         tolerance : of off-loadings [N.m.s]
+        duration : of an off-loading as planned [s]; it is given up after LIMIT times that
         """
-        self._columns, self._momentum, self._tolerance = tuple(columns), tuple(momentum), tolerance
+        self._columns, self._momentum = tuple(columns), tuple(momentum)
+        self._known = {"tolerance": tolerance, "limit": None if duration is None else LIMIT * duration}
         self._last: dict[str, int] = {}
 
     def rows(self, time: NDArray[np.float64], columns: Mapping[str, NDArray[Any]]) -> Iterator[Found]:
@@ -63,7 +73,7 @@ class MissionMonitor:
     def _left(self, columns: Mapping[str, NDArray[Any]], row: int) -> dict[str, float]:
         """Return what an off-loading left, about the axis with most of it [N.m.s]."""
         left = max(abs(float(columns[name][row])) for name in self._momentum)
-        return {"momentum_left": left} | ({} if self._tolerance is None else {"tolerance": self._tolerance})
+        return {"momentum_left": left} | {name: value for name, value in self._known.items() if value is not None}
 
     def end(self) -> Iterable[Found]:
         """Return nothing: every change was shown."""
@@ -99,7 +109,8 @@ def watch_mission(system: System, parameters: Parameters, recorded: Sequence[str
     if manager is None or not columns:
         return None
     momentum = [name for name in recorded if name.partition("[")[0] == MOMENTUM]
-    return MissionMonitor(columns, momentum, number_of(manager, "off_loading.tolerance", parameters))
+    tolerance, duration = (number_of(manager, f"off_loading.{name}", parameters) for name in ("tolerance", "duration"))
+    return MissionMonitor(columns, momentum, tolerance, duration)
 
 
 def watch_run(system: System, parameters: Parameters, recorded: Sequence[str]) -> Monitor | None:
@@ -172,9 +183,13 @@ def _outages(outages: Sequence[Event]) -> Iterator[str]:
 
 
 def _off_loadings(modes: Sequence[Event]) -> Iterator[str]:
+    """Name those that were given up. One that ended by itself was within its tolerance, whatever has come since."""
     for before, event in pairwise(modes):
         left, tolerance = event.get("momentum_left"), event.get("tolerance")
-        if before["to"] == "off-load" and left is not None and tolerance is not None and left > tolerance:
+        if before["to"] != "off-load" or left is None or tolerance is None:
+            continue
+        given_up = event["to"] == "safe" or event["time"] - before["time"] > NEARLY * event.get("limit", 0.0)
+        if given_up and left > tolerance:
             yield (
                 f"off-loading from {before['time']:.6g} to {event['time']:.6g} s left {left:.3g} N.m.s about an axis,"
                 f" more than mission.off_loading.tolerance, {tolerance:g}"

@@ -13,7 +13,7 @@ COLUMNS = (MODE, OUTAGE, f"{STATUS}[1]", f"{STATUS}[2]")
 AXES = tuple(f"{MOMENTUM}[{axis}]" for axis in (1, 2, 3))
 
 
-def lines_of(modes, *, one=(), two=(), outage=(), momentum=(0.0, 0.0, 0.0), tolerance=0.02, blocks=1):
+def lines_of(modes, *, one=(), two=(), outage=(), momentum=(0.0, 0.0, 0.0), tolerance=0.02, duration=1.0, blocks=1):
     """Return the lines for modes of a row a second, and what holds from given rows on."""
     count = len(modes)
     columns = {MODE: np.array([MODES.index(mode) for mode in modes], np.float64)}
@@ -22,7 +22,7 @@ def lines_of(modes, *, one=(), two=(), outage=(), momentum=(0.0, 0.0, 0.0), tole
         for value, row in enumerate(begins, 1):
             columns[name][row:] = value % 2 if name == OUTAGE else value
     columns |= {name: np.full(count, value) for name, value in zip(AXES, momentum, strict=True)}
-    monitor = MissionMonitor(COLUMNS, AXES, tolerance)
+    monitor = MissionMonitor(COLUMNS, AXES, tolerance, duration)
     found = []
     for rows in np.array_split(np.arange(count), blocks):
         found += monitor.rows(rows.astype(np.float64), {name: values[rows] for name, values in columns.items()})
@@ -58,6 +58,13 @@ def test_an_off_loading_that_leaves_momentum_is_named_and_one_within_its_toleran
     )
     assert len(lines_of(modes, momentum=(0.01, -0.019, 0.0))) == 1
     assert len(lines_of(modes, momentum=(0.0, 0.1, 0.0), tolerance=0.2)) == 1
+
+
+def test_an_off_loading_that_ended_by_itself_is_not_blamed_for_what_came_after():
+    """It lasted 2 s of the 4 after which it is given up: it was within its tolerance, and the environment went on."""
+    modes, since = ["fine", "off-load", "off-load", "settle", "fine"], (0.0, 0.021, 0.0)
+    assert len(lines_of(modes, momentum=since, duration=2.0)) == 1
+    assert len(lines_of([*modes[:3], "safe", "safe"], momentum=since, duration=2.0)) == 2  # ended by a failure
 
 
 def test_other_runs_print_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
