@@ -22,7 +22,7 @@ FOLDERS = {
     "flexsat": (
         *("closed_loop", "fmu", "fmu/embedded", "fmu/native", "fmu/python", "fmu/python/shim", "fmu/documentation"),
         *("design", "spacecraft", "description", "ports", "runtime/missions", "runtime/turning"),
-        *("runtime", "structure", "parameters", "controller_weights"),
+        *("runtime", "structure", "variants", "parameters", "controller_weights"),
         *("slow_errors", "sensor_errors"),
         *("quantities", "allocation", "fixed_order", "double_double", "arrays", "errors"),
     ),
@@ -253,6 +253,7 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     allowed = {
         None, "runtime", "runtime/missions", "runtime/turning", "ports", "fmu", "fmu/python", "parameters",
         "quantities", "allocation", "slow_errors", "sensor_errors", "fixed_order", "arrays", "controller_weights",
+        "variants",
     }  # fmt: skip
     assert {folder_of(module) for module in inside} <= allowed
 

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from .arrays import Array
-from .controller_weights import DEFAULT_DESIGN, variant_of
 from .design.chain import Designs
 from .ports import controller as controller_ports
 from .ports import plant as plant_ports
@@ -25,6 +24,7 @@ from .ports.table import Port
 from .runtime import bearing_friction, controller, plant, sensors
 from .runtime.periods import whole_multiple
 from .slow_errors import TORQUES
+from .variants import chosen_by
 
 Parameters = Mapping[str, Mapping[str, Any]]  # component, then port (or `port[i]`), to value
 
@@ -95,10 +95,8 @@ class ClosedLoop:
         for name, ports in PORTS.items():
             declared = ports(getattr(designs.corrected, name))
             values = self.values[name] = port_values(name, declared, parameters.get(name, {}))
-            variant = variant_of(as_published=values["as_published"], design=DEFAULT_DESIGN)
-            if name == "controller":
-                variant = controller_ports.variant(values.__getitem__)
-            models[name] = getattr(getattr(designs, variant), name)
+            choose = controller_ports.variant if name == "controller" else chosen_by
+            models[name] = getattr(designs.variant(choose(values.__getitem__)), name)
         models["plant"] = plant_ports.simulated(models["plant"], self.values["plant"].__getitem__)
         models["plant"] = plant_ports.at_present_angles(models["plant"], self.values["plant"].__getitem__)
         self.modal_size = designs.corrected.plant.modes  # of the plant's ports

@@ -12,17 +12,6 @@ ConfigurationName = str  # of a spacecraft: those of the built-in ones, or what 
 ControllerDesign = Literal["published", "robust"]
 DEFAULT_DESIGN: ControllerDesign = "robust"  # of configurations and FMUs; as published is always "published"
 
-# Of the matrices in an FMU. Plant and sensors have none of their own for the published controller
-Variant = Literal["corrected", "published", "as_published"]
-VARIANTS: tuple[Variant, ...] = ("corrected", "published", "as_published")
-
-
-def variant_of(*, as_published: bool, design: ControllerDesign) -> Variant:
-    """Return the variant that parameters choose."""
-    if as_published:
-        return "as_published"
-    return "published" if design == "published" else "corrected"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weights:

@@ -17,10 +17,10 @@ from flexsat.design.chain import as_arrays, build_designs
 found = {}
 for name in ("centralised", "distributed"):
     designs = build_designs(name)
-    for variant in ("corrected", "published", "as_published"):
-        design = getattr(designs, variant)
+    for variant in designs.variants:
+        design = designs.variant(variant)
         for component in ("plant", "sensors", "controller"):
-            found |= as_arrays(getattr(design, component), f"{name}.{variant}.{component}")
+            found |= as_arrays(getattr(design, component), f"{name}.{variant.name}.{component}")
 sys.stdout.buffer.write(pickle.dumps(found))
 """
 KERNELS = ("Haswell", "Zen", "Sandybridge", "Nehalem", "Prescott")

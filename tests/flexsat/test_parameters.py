@@ -29,6 +29,7 @@ from flexsat.parameters import (
 from flexsat.ports import controller, declared, plant, sensors
 from flexsat.ports.units import UNITS
 from flexsat.quantities import Range, quantity
+from flexsat.variants import AS_PUBLISHED, CORRECTED, Variant
 
 # few speeds and modes, as most of a design's time goes into the selection of the quiet ones
 STOCK = replace(
@@ -101,9 +102,9 @@ def value_at(parameters: object, path: tuple[str, ...]) -> object:
 
 
 @cache
-def built(config: Configuration, as_published: bool) -> dict[str, object]:
+def built(config: Configuration, variant: Variant) -> dict[str, object]:
     """Return everything that is built from parameters: arrays of the FMUs, ports, and what the slew scenario sets."""
-    design = designs_of(config, config).variant("as_published" if as_published else "corrected")
+    design = designs_of(config, config).variant(variant)
     found: dict[str, object] = {}
     for component, ports in PORTS.items():
         matrices = getattr(design, component)
@@ -124,7 +125,7 @@ def differing(one: dict[str, object], other: dict[str, object]) -> set[str]:
 
 @pytest.mark.parametrize("path", [path for path in paths(STOCK) if path not in (*WORDS, *NOT_HERE)], ids=".".join)
 def test_a_changed_parameter_changes_what_is_built(path):
-    variant = path[0] == "release"
+    variant = AS_PUBLISHED if path[0] == "release" else CORRECTED
     stock = STOCK
     found, refusals = set(), []
     for factor in FACTORS:
@@ -179,7 +180,7 @@ def test_ports_start_with_the_changed_parameters(kind, monkeypatch):
 def test_both_variants_travel_with_the_changed_parameters():
     config = replace(STOCK, rates=Rates(star_tracker=0.2), slew=Slew(authority=0.4, start_time=7.0))
     designs = designs_of(config, config)
-    for design in (designs.corrected, designs.as_published):
+    for design in (designs.corrected, designs.variant(AS_PUBLISHED)):
         assert design.controller.gain_coarse.shape[0] == design.controller.gain_fine.shape[0] == 40
         assert (design.controller.authority, design.controller.slew_start) == (0.4, 7.0)
         assert design.sensors.star_tracker_period == 0.2

@@ -38,15 +38,16 @@ from flexbench.loop.equivalence import relative_difference
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexsat.design.chain import build_designs
 from flexsat.closed_loop import PORTS, ClosedLoop
+from flexsat.variants import VARIANTS
 from lockstep import load_system, read_signals, simulate
 fmus, folder, name, cases = given
-designs = build_designs(name)
+designs, variants = build_designs(name), {variant.name: variant for variant in VARIANTS}
 outputs = [f"{component}.{port.name}" for component, ports in PORTS.items()
            for port in ports(getattr(designs.corrected, component)) if port.causality == "output"]
 result = {}
 for case in cases:
     scenario, where = case["scenario"], Path(folder, str(len(result)))
-    parameters = scenario_parameters(scenario, as_published=case["as_published"], seed=3)
+    parameters = scenario_parameters(scenario, variants[case["variant"]], seed=3)
     for component, ports in case["changes"].items():
         parameters[component] |= {port: tuple(v) if isinstance(v, list) else v for port, v in ports.items()}
     simulate(load_system(Path(fmus, name, f"{scenario}.ssd")), where, stop_time=case["duration"], record=["all"],
@@ -63,12 +64,12 @@ for case in cases:
 """
 
 
-def case(name, scenario="fine_pointing", as_published=False, duration=2.0, changes=None, monolith_only=None):
+def case(name, scenario="fine_pointing", variant="corrected", duration=2.0, changes=None, monolith_only=None):
     """Describe one comparison."""
     return {
         "name": name,
         "scenario": scenario,
-        "as_published": as_published,
+        "variant": variant,
         "duration": duration,
         "changes": changes or {},
         "monolith_only": monolith_only or {},
@@ -104,11 +105,11 @@ CASES = [
     case("fine pointing", duration=1.0),
     case("slew", "slew", duration=3.0, changes={"controller": SLEW}),  # accelerates, coasts, brakes and settles
     case("published design on 40 modes", changes={"controller": {"design": "published"}, "plant": {"modes": 40}}),
-    case("slew as published", "slew", as_published=True, changes={"controller": SLEW}),  # under way
+    case("slew as published", "slew", variant="as_published", changes={"controller": SLEW}),  # under way
     case("open loop", "fine_pointing_open_loop", duration=1.0),
     case("dispersions", duration=1.0, changes=DISPERSED),
     case("delays", duration=1.0, changes=DELAYS),
-    case("delays as published", as_published=True, duration=1.0, changes=DELAYS),
+    case("delays as published", variant="as_published", duration=1.0, changes=DELAYS),
     case("other noise and periods", duration=1.0, changes=SENSORS),
 ]
 

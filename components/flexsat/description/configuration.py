@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..controller_weights import ConfigurationName, Weights
 from ..parameters import Aperture, Modes, Plate, Rates, SensorErrors, SensorNoise, Slew, SpeedSelection, Wheel
+from ..variants import AS_PUBLISHED, Variant
 from .appendage import Appendage
 from .placement import BUS, Bus, Device, Site, Vector
 from .wheel_set import WheelSet
@@ -19,6 +20,7 @@ from .wheel_set import WheelSet
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # a folder of fmus/, and a part of the models' names
 FLAT = "_flat"  # ends the names of models with flat variable names
 SPANNED = 1e-6  # of the volume that three axes span: less is a plane
+RELEASE = AS_PUBLISHED.name  # the table of a spacecraft's file with what its release has
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +126,19 @@ class Configuration:
     def all_sites(self) -> tuple[Site, ...]:
         """The bus, then the other sites."""
         return (Site(name=BUS, on_bus=(0.0, 0.0, 0.0)), *self.sites)
+
+    @property
+    def as_described(self) -> Release:
+        """What a release would have that departs from nothing."""
+        return Release(modes=self.modes.plant, mode_rows=tuple(site.name for site in self.structure_sites))
+
+    def release_for(self, variant: Variant) -> Release:
+        """Return what a variant has of a release; raise ValueError for that of a spacecraft without one."""
+        if not variant.of_release:
+            return self.as_described
+        if self.release is None:
+            raise ValueError(f"{variant.name}: {self.name} has no published release; it flies without it")
+        return self.release
 
     def site(self, name: str) -> Site:
         """Return a site by name; raise ValueError if there is none."""

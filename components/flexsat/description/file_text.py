@@ -10,7 +10,7 @@ from typing import Any
 
 from ..controller_weights import ControllerDesign, Weights
 from ..parameters import CONTROLLER_DESIGNS, Wheel
-from .configuration import Configuration
+from .configuration import RELEASE, Configuration
 from .placement import UNIT, Device, Site
 from .spacecraft_file import SpacecraftFile, parse_spacecraft
 from .wheel_kinds import HARMONICS, TABLE
@@ -93,7 +93,7 @@ def _lines(config: Configuration, weights: Mapping[ControllerDesign, Weights]) -
         yield f"[controller.{design}]"
         yield from _fields(one)
     if config.release is not None:
-        yield "[as_published]"
+        yield f"[{RELEASE}]"
         yield from _fields(config.release)
 
 

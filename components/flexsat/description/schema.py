@@ -16,7 +16,7 @@ from ..controller_weights import Weights
 from ..parameters import Aperture, Harmonic, Modes, Plate, Rates, SensorErrors, SensorNoise, Slew, SpeedSelection, Wheel
 from ..quantities import Range
 from .appendage import Appendage
-from .configuration import Release
+from .configuration import RELEASE, Release
 from .placement import Bus, Site
 from .units import units_for
 
@@ -70,7 +70,7 @@ _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...
     ("[slew]", Slew, (), ()),
     ("[speeds]", SpeedSelection, (), ()),
     ("[controller], [controller.robust], [controller.published]", Weights, (), ()),
-    ("[as_published]", Release, (), ()),
+    (f"[{RELEASE}]", Release, (), ()),
 )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from ..parameters import (
     SpeedSelection,
 )
 from .appendage_tables import read_appendages
-from .configuration import Configuration, Release, check_name
+from .configuration import RELEASE, Configuration, Release, check_name
 from .fields import make, read_fields, refuse_as
 from .nodes import check_nodes, read_modes
 from .placed_devices import read_devices, read_sites
@@ -49,7 +49,7 @@ KEYS = (
     "appendages",
     "noise",
     "controller",
-    "as_published",
+    RELEASE,
 )
 
 
@@ -108,8 +108,8 @@ def parse_spacecraft(text: str, name: str, folder: Path = Path()) -> SpacecraftF
             source.refuse([kind], "is missing; write for example"
                           f' {kind} = [{{ at = "bus", axes = ["+x", "+y", "+z"] }}]')  # fmt: skip
         values[kind] = read_devices(source, tables[kind], kind, sites, kinds if kind == "wheels" else None)
-    if "as_published" in tables:
-        values["release"] = _release(source, tables["as_published"], sites)
+    if RELEASE in tables:
+        values["release"] = _release(source, tables[RELEASE], sites)
     common = {
         **values,
         "name": _name(source, tables),
@@ -192,14 +192,14 @@ def _weights(source: Source, table: Any) -> dict[ControllerDesign, Weights]:
 
 
 def _release(source: Source, table: Any, sites: tuple[Site, ...]) -> Release:
-    source.check_keys(table, ["as_published"], [item.name for item in fields(Release)])
-    values = read_fields(source, {k: v for k, v in table.items() if k != "mode_rows"}, ["as_published"], Release)
+    source.check_keys(table, [RELEASE], [item.name for item in fields(Release)])
+    values = read_fields(source, {k: v for k, v in table.items() if k != "mode_rows"}, [RELEASE], Release)
     rows: Sequence[Any] = table.get("mode_rows", [])
     if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        source.refuse(["as_published", "mode_rows"], "must be a list of names of sites", rows)
+        source.refuse([RELEASE, "mode_rows"], "must be a list of names of sites", rows)
     known = [site.name for site in sites if site.on_bus is None]
     if sorted(rows) != sorted(known):
-        source.refuse(["as_published", "mode_rows"], f"must have each site of the structure once: {', '.join(known)}")
+        source.refuse([RELEASE, "mode_rows"], f"must have each site of the structure once: {', '.join(known)}")
     if "modes" not in values:
-        source.refuse(["as_published"], "modes is missing; write how many plant and controller have")
-    return make(source, ["as_published"], Release, {**values, "mode_rows": tuple(rows)})
+        source.refuse([RELEASE], "modes is missing; write how many plant and controller have")
+    return make(source, [RELEASE], Release, {**values, "mode_rows": tuple(rows)})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
-from ..controller_weights import Variant, variant_of
 from ..description.built_in import configuration
-from ..description.configuration import Configuration
+from ..description.configuration import Configuration, Release
 from ..description.wheel_set import over_largest
 from ..fixed_order import on_grid
 from ..parameters import (
     ConfigurationName,
-    ControllerDesign,
     Rates,
     Weights,
 )
@@ -30,6 +28,7 @@ from ..spacecraft.linear_model import LinearModel, linearise
 from ..spacecraft.variation import keep_modes, modes_of_design, with_modes
 from ..spacecraft.wheel_bands import Banded, choose_bands
 from ..spacecraft.wheel_speeds import WheelResponse
+from ..variants import AS_PUBLISHED, CORRECTED, PUBLISHED, Variant
 from .dominant_pole import dominant_pole
 from .estimator import Estimator, assumed_by_filter, design_estimator, measurement_noise
 from .jitter_cancellation import MODES, jitter_torque
@@ -42,7 +41,7 @@ class Design:
     """Everything computed at design time for one configuration."""
 
     config: Configuration
-    as_published: bool
+    variant: Variant
     structure: Spacecraft  # the plant's, with all its modes
     spacecraft: Spacecraft  # the controller's, with the modes that it is designed with
     response: WheelResponse
@@ -129,25 +128,23 @@ def check_rates(rates: Rates) -> None:
 
 
 @lru_cache(maxsize=8)
-def build_design(config: Configuration, as_published: bool = False) -> Design:
+def build_design(config: Configuration, variant: Variant = CORRECTED) -> Design:
     """Run the whole design chain of one configuration.
 
     Parameters
     ----------
     config : all parameters
-    as_published : with the slips of the authors' release that belong to the design (PHYSICS section 7)
+    variant : whose slips the design has; the weights are those of `config`
 
     Raises
     ------
     ValueError
-        For periods that do not fit together, weights without a stabilising gain, or `as_published` of a spacecraft
-        that has no published release.
+        For periods that do not fit together, weights without a stabilising gain, or the release of a spacecraft that
+        has none.
     """
     check_rates(config.rates)
-    if as_published and config.release is None:
-        raise ValueError(f"as_published: {config.name} has no published release; it flies without it")
-    release = config.release if as_published else None
-    banded = _structure(replace(config, weights=Weights()), as_published)
+    release = config.release_for(variant)
+    banded = _structure(replace(config, weights=Weights()), release)
     structure, response = banded.spacecraft, banded.response
     config = replace(config, wheels=banded.config.wheels)
     spacecraft = keep_modes(structure, modes_of_design(structure, config.modes))
@@ -164,7 +161,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
             config.weights.process_noise,
             period,
             phases,
-            as_published,
+            variant.broadband_through_torques,
         )
         for star_tracker in (assumed.noise.star_tracker_coarse, assumed.noise.star_tracker_fine)
     )
@@ -193,7 +190,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         feedback=regulator.gain,
         jitter_torque=against_jitter,
         b_body=model.b_body,
-        **slow_gains(config, spacecraft, phases, none=as_published),
+        **slow_gains(config, spacecraft, phases, none=variant.without_slow_filters),
         deflection_of_torque=static_deflection(spacecraft),
         reference_a=reference_a,
         reference_b=reference_b,
@@ -224,7 +221,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
     broadband_torque, broadband_torque_factor = over_largest(wheels.broadband_torque)
     return Design(
         config=config,
-        as_published=as_published,
+        variant=variant,
         structure=structure,
         spacecraft=spacecraft,
         response=response,
@@ -232,9 +229,7 @@ def build_design(config: Configuration, as_published: bool = False) -> Design:
         regulator=regulator,
         coarse=coarse,
         fine=fine,
-        plant=plant_matrices(
-            structure, response.nominal, config.rates.plant, release is None or release.flexible_accelerometers
-        ),
+        plant=plant_matrices(structure, response.nominal, config.rates.plant, release.flexible_accelerometers),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,
             wrench_of_jitter=spacecraft.wrench_in_mount_axes,
@@ -278,9 +273,9 @@ def _nominal_errors(config: Configuration) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=4)  # the controllers of a configuration share it
-def _structure(config: Configuration, as_published: bool) -> Banded:
+def _structure(config: Configuration, release: Release) -> Banded:
     """Return the plant's spacecraft and the wheel speeds at which it is quiet; the weights do not matter."""
-    return choose_bands(config, build_spacecraft(config, as_published))
+    return choose_bands(config, build_spacecraft(config, release))
 
 
 def as_arrays(matrices: PlantMatrices | SensorMatrices | ControllerMatrices, prefix: str) -> dict[str, Array]:
@@ -301,53 +296,36 @@ def cost_arrays(design: Design) -> dict[str, Array | Index]:
 class Designs:
     """What one configuration can fly: two controllers on the full structure, and what was published, if anything was.
 
-    Each is given, or made when it is first asked for: most uses need one of them.
+    Each variant is given, or made when it is first asked for: most uses need one of them.
     """
 
-    def __init__(
-        self,
-        *,
-        corrected: Design | Callable[[], Design],
-        published: Design | Callable[[], Design],
-        as_published: Design | Callable[[], Design] | None = None,
-    ) -> None:
-        self._made: dict[Variant, Design | Callable[[], Design]] = {"corrected": corrected, "published": published}
-        if as_published is not None:
-            self._made["as_published"] = as_published
+    def __init__(self, variants: Mapping[Variant, Design | Callable[[], Design]]) -> None:
+        self._made = dict(variants)
 
     @property
     def corrected(self) -> Design:
         """With the robust controller."""
-        return self.variant("corrected")
+        return self.variant(CORRECTED)
 
     @property
     def published(self) -> Design:
         """The published controller on the same plant, at the same wheel speeds."""
-        return self.variant("published")
-
-    @property
-    def as_published(self) -> Design:
-        """The plant has the controller's modes alone."""
-        return self.variant("as_published")
+        return self.variant(PUBLISHED)
 
     @property
     def variants(self) -> tuple[Variant, ...]:
-        """What there is: without `as_published` for a spacecraft that was not published."""
+        """What there is: not the release of a spacecraft that was not published."""
         return tuple(self._made)
 
-    def variant(self, name: Variant) -> Design:
-        """Return a variant, made now if it has not been; raise ValueError if there is none."""
-        if name not in self._made:
-            raise ValueError(f"{name}: {self.corrected.config.name} has no published release; there are"
-                             f" {', '.join(self._made)}")  # fmt: skip
-        made = self._made[name]
+    def variant(self, variant: Variant) -> Design:
+        """Return the design of a variant, made now if it has not been; raise ValueError if there is none."""
+        if variant not in self._made:
+            raise ValueError(f"{variant.name}: {self.corrected.config.name} has no published release; there are"
+                             f" {', '.join(one.name for one in self._made)}")  # fmt: skip
+        made = self._made[variant]
         if not isinstance(made, Design):
-            made = self._made[name] = made()
+            made = self._made[variant] = made()
         return made
-
-    def flown(self, as_published: bool, controller_design: ControllerDesign) -> Design:
-        """Return the design that parameters choose: as published goes before the controller's design."""
-        return self.variant(variant_of(as_published=as_published, design=controller_design))
 
 
 @lru_cache(maxsize=2)  # both configurations
@@ -358,10 +336,7 @@ def build_designs(name: ConfigurationName) -> Designs:
 
 def designs_of(robust: Configuration, published: Configuration) -> Designs:
     """Return what two configurations can fly that differ in the weights of their controllers."""
-    release = published.release
-    return Designs(
-        corrected=partial(build_design, robust),
-        published=partial(build_design, published),
-        as_published=None if release is None
-        else partial(build_design, with_modes(published, release.modes), as_published=True),
-    )  # fmt: skip
+    flown = {CORRECTED: robust, PUBLISHED: published}
+    if published.release is not None:
+        flown[AS_PUBLISHED] = with_modes(published, published.release.modes)
+    return Designs({variant: partial(build_design, config, variant) for variant, config in flown.items()})

@@ -86,13 +86,13 @@ def _noise_scale(model: LinearModel) -> Array:
 
 
 def process_covariance(
-    model: LinearModel, broadband: Array, process_noise: float, period: float, as_published: bool = False
+    model: LinearModel, broadband: Array, process_noise: float, period: float, through_torques: bool = False
 ) -> Array:
     """Return the covariance of what disturbs the state over a period, (n, n); arguments as in `design_estimator`."""
     _, b_torque, b_jitter = model.sampled(period)
     wheels = model.index.wheels
     variance, columns = broadband**2, b_jitter
-    if as_published:
+    if through_torques:
         # the release orders jitter by wheel and counts its columns from the first input, which is a torque
         by_wheel = np.arange(4 * wheels).reshape(4, wheels).T.ravel()
         variance = variance[by_wheel]
@@ -107,7 +107,7 @@ def design_estimator(
     process_noise: float,
     period: float,
     phases: int,
-    as_published: bool = False,
+    through_torques: bool = False,
 ) -> Estimator:
     """Return the filter in its periodic steady state.
 
@@ -120,12 +120,12 @@ def design_estimator(
     process_noise : variance added to every state at each step
     period : [s]
     phases : star tracker period in steps
-    as_published : take the broadband noise through the columns that the authors' release picks (PHYSICS section 7)
+    through_torques : take the broadband noise through the columns that the authors' release picks (PHYSICS section 7)
 
     Source: P, section 6; the composition over a period replaces its 10 000 plain iterations.
     """
     a, b_torque, b_jitter = model.sampled(period)
-    q = process_covariance(model, broadband, process_noise, period, as_published)
+    q = process_covariance(model, broadband, process_noise, period, through_torques)
     fast = model.c[:-3]
     information_fast = product(fast.T / variance[:-3], fast)
     information_all = product(model.c.T / variance, model.c)

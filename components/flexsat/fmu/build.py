@@ -12,6 +12,7 @@ from ..description.configuration import Configuration
 from ..design.chain import Designs, as_arrays, cost_arrays
 from ..ports.table import FmiVersion, Naming, PortTable
 from ..runtime.slew_guidance import shaper_for_pole
+from ..variants import PUBLISHED, Variant
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.device_rows import DeviceRows, device_rows
 from .documentation.experiments import experiments_of
@@ -103,13 +104,17 @@ def configuration_parts(designs: Designs) -> dict[str, Parts]:
 def component_resources(designs: Designs, component: str) -> dict[str, bytes]:
     """Return the files that travel with a component: one `.npz` with all variants of its matrices."""
     arrays: dict[str, Array | Index] = {}
-    for variant in designs.variants:
+    for variant in variants_of(designs, component):
         design = designs.variant(variant)
-        if component == "controller" or variant != "published":
-            arrays |= as_arrays(getattr(design, component), variant)
+        arrays |= as_arrays(getattr(design, component), variant.name)
         if component == "controller":
-            arrays |= {f"{variant}.{COST}.{name}": values for name, values in cost_arrays(design).items()}
+            arrays |= {f"{variant.name}.{COST}.{name}": values for name, values in cost_arrays(design).items()}
     return {MODEL_FILE: npz_bytes(arrays)}
+
+
+def variants_of(designs: Designs, component: str) -> list[Variant]:
+    """Return the variants that a component has matrices of: the weights that differ are those of the controller."""
+    return [variant for variant in designs.variants if component == "controller" or variant != PUBLISHED]
 
 
 def build_configuration(

@@ -5,15 +5,14 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from ..controller_weights import Variant
 from ..design.chain import Designs
 from ..ports.table import FmiVersion, Naming
-from .build import SHELLS, Parts
+from .build import SHELLS, Parts, variants_of
 from .export import BuiltFmu
 from .native.compile import native_notes
 from .native.export import NativeComponent, native_content
@@ -89,16 +88,12 @@ def native_component(designs: Designs, parts: Parts, naming: Naming = "structure
     return NativeComponent(
         main=c_files()[f"{parts.component}.c"],
         table=parts.table.renamed(naming),
-        variants={variant: getattr(designs.variant(variant), parts.component) for variant in _variants(designs, parts)},
+        variants={
+            variant.name: getattr(designs.variant(variant), parts.component)
+            for variant in variants_of(designs, parts.component)
+        },
         about=replace(about, model_name=f"{parts.component}_{parts.config.name}{flat}"),
         equal_steps=shell.equal_steps,
         step_parameter=shell.step_parameter,
         resources=parts.resources,
     )
-
-
-def _variants(designs: Designs, parts: Parts) -> Iterator[Variant]:
-    """Yield the variants that a component has matrices of: the weights that differ are those of the controller."""
-    for variant in designs.variants:
-        if parts.component == "controller" or variant != "published":
-            yield variant

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..controller_weights import Variant, variant_of
 from ..parameters import CONTROLLER_DESIGNS, DEFAULT_DESIGN, Slew, Wheel
 from ..runtime.controller_parameters import (
     CAPTURE_ANGLE,
@@ -19,6 +18,7 @@ from ..runtime.controller_parameters import (
     ControllerParameters,
 )
 from ..runtime.keep_out import CONES, keep_out
+from ..variants import VARIANT_PORT, Variant, chosen_by
 from .declared import parameter_port
 from .table import Port
 
@@ -88,7 +88,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="estimate.gyro_bias", causality="output", unit="rad/s", size=g, display_unit="deg/s",
              variability="discrete", depends_on=rigid,
              description="estimated bias of each gyro; 0 without filter.gyro_bias"),
-        Port(name="as_published", causality="parameter", kind="boolean",
+        Port(name=VARIANT_PORT, causality="parameter", kind="boolean",
              description="use the published design on the published release's order of mode rows, for any `design`;"
              " attitudes as sums of a quarter of the angle"),
         Port(name="design", causality="parameter", kind="string", start=DEFAULT_DESIGN,
@@ -173,7 +173,7 @@ def variant(value: Callable[[str], Any]) -> Variant:
     chosen = value("design")
     if chosen not in CONTROLLER_DESIGNS:
         raise ValueError(f"design must be {' or '.join(CONTROLLER_DESIGNS)}, got {chosen!r}")
-    return variant_of(as_published=value("as_published"), design=chosen)
+    return chosen_by(value, chosen)
 
 
 def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> ControllerParameters:
@@ -194,7 +194,7 @@ def parameters(model: ControllerMatrices, value: Callable[[str], Any]) -> Contro
         guidance=value("slew.guidance"),
         during_slew=value("command.during_slew"),
         capture_angle=value("initial.capture_angle"),
-        linear_attitude=value("as_published"),
+        linear_attitude=variant(value).linear_attitude,
         torque_factor=np.array(value("wheel.torque_limit_factor")),
         band_factor=np.array(value("wheel.speed_band_factor")),
         speed_offset=np.array(value("wheel.speed_offset")),

@@ -10,6 +10,7 @@ import numpy as np
 from ..parameters import DEGREE, Wheel
 from ..runtime.plant_parameters import PlantMatrices, PlantParameters, lowest_modes, parameters_of_run
 from ..runtime.turning.angles import at_angles
+from ..variants import VARIANT_PORT
 from .declared import parameter_port
 from .table import Port
 
@@ -62,10 +63,10 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="wheel angle relative to its mount, not wrapped"),
         # of 198 elements, each is said to start from its own value: all parameters would make 5 MB of the XML
         Port(name="modal.displacement", causality="output", unit="m.kg^0.5", size=m, on_demand=True,
-             initial_depends_on=("initial.modal.displacement[i]", "modes", "as_published"),
+             initial_depends_on=("initial.modal.displacement[i]", "modes", VARIANT_PORT),
              description="mass-normalised modal coordinates"),
         Port(name="modal.velocity", causality="output", unit="m.kg^0.5/s", size=m, on_demand=True,
-             initial_depends_on=("initial.modal.velocity[i]", "modes", "as_published"),
+             initial_depends_on=("initial.modal.velocity[i]", "modes", VARIANT_PORT),
              description="rates of the modal coordinates"),
         Port(name="rms_deformation", causality="output", unit="m", display_unit="um", on_demand=True,
              description="RMS deformation of the structure, mass-weighted"),
@@ -73,7 +74,7 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              description="total angular momentum about the body origin"),
         Port(name="energy", causality="output", unit="J", on_demand=True,
              description="kinetic and elastic energy, wheels included"),
-        Port(name="as_published", causality="parameter", kind="boolean",
+        Port(name=VARIANT_PORT, causality="parameter", kind="boolean",
              description="use the matrices of the published release: 25 modes, with its order of mode rows"),
         Port(name="modes", causality="parameter", kind="integer", start=0, minimum=0, maximum=m,
              description="lowest modes that are simulated; 0: all. Values of the others are 0"),

@@ -13,6 +13,7 @@ from ..runtime.periods import whole_multiple
 from ..runtime.sensor_parameters import SensorMatrices, SensorParameters
 from ..runtime.wheel_jitter import Harmonics
 from ..sensor_errors import prepare_errors
+from ..variants import VARIANT_PORT, chosen_by
 from . import sensor_errors
 from .declared import parameter_port
 from .table import Port
@@ -80,7 +81,7 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
         Port(name="star_tracker.valid", causality="output", kind="boolean",
              period_parameter="fast_period",
              description="true from a star tracker sample to the next sample of gyros and encoders"),
-        Port(name="as_published", causality="parameter", kind="boolean",
+        Port(name=VARIANT_PORT, causality="parameter", kind="boolean",
              description="nominal wheel speeds and accelerometer noise of the published release"),
         Port(name="seed", causality="parameter", kind="integer", variability="tunable", start=0, minimum=0,
              description="seed of all noise; set during a run, it begins all noise anew"),
@@ -160,7 +161,7 @@ def parameters(model: SensorMatrices, value: Callable[[str], Any], step: float |
         gyro_noise=value("gyro.noise"),
         gyro_noise_factor=np.array(value("gyro.noise_factor")),
         accelerometer_noise=value("accelerometer.noise"),
-        accelerometer_noise_is_gyros=value("as_published"),
+        accelerometer_noise_is_gyros=chosen_by(value).accelerometer_noise_is_gyros,
         encoder_noise=value("encoder.noise"),
         star_tracker_noise=value(f"star_tracker.noise_{grade}"),
         filter_frequency=value("accelerometer.filter_frequency"),

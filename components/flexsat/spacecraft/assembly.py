@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..description.configuration import Configuration
+from ..description.configuration import Configuration, Release
 from ..description.placement import ALONG, Device, Site
 from ..description.wheel_set import WheelSet
 from ..fixed_order import product
@@ -170,14 +170,10 @@ def _perpendicular(vectors: Array, *axes: Array) -> Array:
     return np.asarray(left / np.linalg.norm(left, axis=1, keepdims=True))
 
 
-def _points(structure: Structure, config: Configuration, placed: Sequence[Device], as_published: bool) -> Points:
+def _points(structure: Structure, config: Configuration, placed: Sequence[Device], release: Release) -> Points:
     """Place devices; those on the bus have no modal motion. Positions are from the centre of the aperture."""
     modes = np.zeros((3, len(structure.frequency)))
-    on_structure = config.structure_sites
-    moved = {site.name: site for site in on_structure}
-    if as_published and config.release is not None:
-        rows = zip(on_structure, config.release.mode_rows, strict=True)
-        moved = {site.name: config.site(row) for site, row in rows}
+    moved = {site.name: config.site(row) for site, row in zip(config.structure_sites, release.mode_rows, strict=True)}
     used = {device.site for device in placed}
     nodes = {name: node_of(structure, site) for name, site in moved.items() if name in used}
     sites = [config.site(device.site) for device in placed]
@@ -198,13 +194,13 @@ def position_of(structure: Structure, site: Site) -> Array:
     return np.append(polar(site.radius, site.angle), 0.0)
 
 
-def build_spacecraft(config: Configuration, as_published: bool = False) -> Spacecraft:
+def build_spacecraft(config: Configuration, release: Release | None = None) -> Spacecraft:
     """Place the devices of a configuration on its structure, and add the bus.
 
     Parameters
     ----------
     config : the configuration
-    as_published : take the mode rows of the sites in the order of the published release (PHYSICS section 7)
+    release : whose mode rows the sites have (PHYSICS section 7); None: each its own
 
     Raises
     ------
@@ -212,10 +208,10 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
         For a site without a node of the structure.
     """
     structure = structure_of(config)
+    release = release or config.as_described
     whole = join(structure, config.bus)
     wheels, gyros, accelerometers = (
-        _points(structure, config, placed, as_published)
-        for placed in (config.wheels, config.gyros, config.accelerometers)
+        _points(structure, config, placed, release) for placed in (config.wheels, config.gyros, config.accelerometers)
     )
     carrying = {device.site for device in config.wheels}
     occupied = [site.name for site in config.all_sites if site.name in carrying]
@@ -233,7 +229,7 @@ def build_spacecraft(config: Configuration, as_published: bool = False) -> Space
         rotation=whole.rotation,
         wheel_set=config.wheel_set,
         wheels=_from(whole.centre, wheels),
-        mounts=_from(whole.centre, _points(structure, config, mounts, as_published)),
+        mounts=_from(whole.centre, _points(structure, config, mounts, release)),
         mount_of_wheel=np.array([occupied.index(device.site) for device in config.wheels]),
         lateral_a=lateral_a,
         lateral_b=lateral_b,

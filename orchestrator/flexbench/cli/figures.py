@@ -14,10 +14,11 @@ from lockstep.cli.outcome import show_table, wrote
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
-from .options import configurations, spacecraft_option
+from .options import configurations, spacecraft_option, variant_option
 
 if TYPE_CHECKING:
     from flexsat.parameters import ConfigurationName
+    from flexsat.variants import Variant
 
     from ..figures.figure_lists import Drawn
     from ..runs.run_folder import Run
@@ -35,8 +36,7 @@ examples:
 @command("figures", _EXAMPLES, then="open {path}", tables=True)
 @click.argument("results", type=PATH, nargs=-1, metavar="[RESULTS...]",
                 help="results folders of runs, or folders of such folders (default: draw the design)")  # fmt: skip
-@click.option("--as-published", is_flag=True,
-              help="draw the design as published: 25 modes, and the wheel speeds chosen on them")  # fmt: skip
+@variant_option("draw the design as published: 25 modes, and the wheel speeds chosen on them")
 @click.option(
     "--robust-design",
     is_flag=True,
@@ -46,7 +46,7 @@ examples:
 @out_option(f"folder to fill (default: results/figures{DISTINGUISHED})")
 def figures(
     results: tuple[Path, ...],
-    as_published: bool,
+    variant: Variant,
     robust_design: bool,
     configuration: tuple[str, ...],
     out: Path | None,
@@ -57,18 +57,18 @@ def figures(
     from ..loop.chosen_spacecraft import choose
     from ..runs.study_folder import study_folder
 
-    for option, given in (("--as-published", as_published), ("--robust-design", robust_design)):
+    for option, given in (("--as-published", variant.of_release), ("--robust-design", robust_design)):
         if results and given:
             raise InputError(f"{option}: has no effect on results, which know what they flew; leave one of them out")
-    if as_published and robust_design:
+    if variant.of_release and robust_design:
         raise InputError("--robust-design: there is none as published; leave one of --as-published and this out")
     if results:
         drawn = result_figures(runs_of(results, configuration))
     elif robust_design:
         drawn = _robust_design(configurations(configuration))
     else:
-        drawn = design_figures({one.name: one.designs() for one in choose(configuration, FMUS)}, as_published)
-    kind = "-as-published" if as_published else "-robust-design" if robust_design else ""
+        drawn = design_figures({one.name: one.designs() for one in choose(configuration, FMUS)}, variant)
+    kind = "-robust-design" if robust_design else variant.mark
     with study_folder(out, f"figures{kind}") as folder:
         for name, make in drawn.items():
             try:

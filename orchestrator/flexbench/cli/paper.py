@@ -28,7 +28,7 @@ example:
 
 
 @command("paper", _EXAMPLES, then="open {path} in a browser", tables=True)
-@click.option("--as-published", is_flag=True, help="only with the slips of the published release")
+@click.option("--as-published", "published", is_flag=True, help="only with the slips of the published release")
 @click.option("--corrected", is_flag=True, help="only without them (default: both)")
 @seeds_option(1)
 @stop_time_option(300.0)
@@ -39,7 +39,7 @@ example:
               help="also determine margins and spillover of each loop, for table and page (1 min)")  # fmt: skip
 @click.option("--python", is_flag=True, help="without the same runs through the FMUs in C")
 def paper(
-    as_published: bool,
+    published: bool,
     corrected: bool,
     seed_count: int,
     stop_time: float,
@@ -60,10 +60,10 @@ def paper(
     from ..studies.paper.native import FILE, run_natively
     from ..studies.paper.native_table import objections
     from ..studies.paper.paper import failures_text, run_paper
-    from ..studies.paper.published import VARIANTS
+    from ..studies.paper.published import JUDGED, VARIANTS
 
-    asked = {"as_published": as_published, "corrected": corrected, "published_design": corrected}
-    chosen: list[Variant] = [variant for variant in VARIANTS if asked[variant]] or list(VARIANTS)
+    wanted: list[Variant] = [one for one in VARIANTS if (published if one == JUDGED else corrected)]
+    chosen = wanted or list(VARIANTS)
     if not stop_time > SETTLED_FROM:
         raise InputError(f"--stop-time {stop_time:g}: the table refers to t > {SETTLED_FROM:g} s; simulate longer")
     started = perf_counter()

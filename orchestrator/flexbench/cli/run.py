@@ -19,9 +19,10 @@ from lockstep.cli.timing_options import implementation
 from lockstep.errors import InputError
 from lockstep.faults import HELP
 
-from .options import ACCEPT_INFEASIBLE, seed_option, seed_overrides
+from .options import ACCEPT_INFEASIBLE, seed_option, seed_overrides, variant_option
 
 if TYPE_CHECKING:
+    from flexsat.variants import Variant
     from lockstep.simulation import RunSummary
     from lockstep.system.component import Value
     from lockstep.system.system import System
@@ -51,7 +52,7 @@ the body, such as a boresight, outside up to two cones.
 @command("run", _EXAMPLES, then="{program} report {path}    # a page with its plots", tables=True)
 @run_options
 @seed_option
-@click.option("--as-published", is_flag=True, help="with the slips of the published release")
+@variant_option("with the slips of the published release")
 @click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
               help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 @click.option(ACCEPT_INFEASIBLE, "accept_infeasible", is_flag=True,
@@ -62,7 +63,7 @@ the body, such as a boresight, outside up to two cones.
 def run(
     request: RunRequest,
     seed: int | None,
-    as_published: bool,
+    variant: Variant,
     settling_band: float | None,
     accept_infeasible: bool,
     mission: Path | None,
@@ -98,14 +99,14 @@ def run(
             watch=watch_run,
         )
     else:
-        _run_new(request, seed, as_published, accept_infeasible, mission, native, finish)
+        _run_new(request, seed, variant, accept_infeasible, mission, native, finish)
     return 0
 
 
 def _run_new(
     request: RunRequest,
     seed: int | None,
-    as_published: bool,
+    variant: Variant,
     accept_infeasible: bool,
     mission: Path | None,
     native: bool,
@@ -132,7 +133,7 @@ def _run_new(
         return system
 
     def overrides(system: System) -> dict[str, Value]:
-        values: dict[str, Value] = dict(_published(system)) if as_published else {}
+        values: dict[str, Value] = dict(_settings(system, variant)) if variant.of_release else {}
         if seed is not None or request.checkpoints.restart_from is None:  # a restart keeps the seed of its run
             values |= seed_overrides(system, seed)
         if mission is not None:
@@ -144,11 +145,7 @@ def _run_new(
 
     if native and request.system is None:
         raise InputError("--native: a restart uses the FMUs of its run; name a system file, or leave --native out")
-    marks = (
-        ("-native" if native else "")
-        + ("-as-published" if as_published else "")
-        + ("" if seed is None else f"-seed{seed}")
-    )
+    marks = ("-native" if native else "") + variant.mark + ("" if seed is None else f"-seed{seed}")
     system = request.checkpoints.system(request.system, load)
     return run_system(request, system, overrides, marks=marks, finish=finish, watch=watch_run,
                       check=partial(check_feasible, accept=accept_infeasible))  # fmt: skip
@@ -165,11 +162,11 @@ def _draw_profile(folder: Path) -> None:
         wrote(path)
 
 
-def _published(system: System) -> Mapping[str, Value]:
-    """Return the parameters of the published release for the scenario of a system."""
+def _settings(system: System, variant: Variant) -> Mapping[str, Value]:
+    """Return the parameters of a variant for the scenario of a system."""
     from ..loop.scenarios import scalar_overrides, scenario_parameters
 
-    return scalar_overrides(scenario_parameters(_scenario_of(system), as_published=True))
+    return scalar_overrides(scenario_parameters(_scenario_of(system), variant))
 
 
 def _scenario_of(system: System) -> ScenarioName:

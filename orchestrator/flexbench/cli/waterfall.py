@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,7 +13,10 @@ from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_ti
 from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import COUNT, NUMBER, PATH
 
-from .options import DEFAULT_SEED, python_option, seed_option
+from .options import DEFAULT_SEED, python_option, seed_option, variant_option
+
+if TYPE_CHECKING:
+    from flexsat.variants import Variant
 
 _EXAMPLES = """
 example:
@@ -27,7 +31,7 @@ example:
 @stop_time_option(20.0, "simulated time of each run in seconds")
 @click.option("--speed-range", type=NUMBER, nargs=2, metavar="LOW HIGH",
               help="speeds in rpm (default: all modes and bands)")  # fmt: skip
-@click.option("--as-published", is_flag=True, help="sweep the plant as published: 25 modes, speeds chosen on them")
+@variant_option("sweep the plant as published: 25 modes, speeds chosen on them")
 @seed_option
 @out_option(f"results folder (default: results/CONFIGURATION-waterfall{DISTINGUISHED})")
 @python_option
@@ -37,7 +41,7 @@ def waterfall(
     points: int,
     stop_time: float,
     speed_range: tuple[float, float] | None,
-    as_published: bool,
+    variant: Variant,
     seed: int | None,
     out: Path | None,
     python: bool,
@@ -53,8 +57,8 @@ def waterfall(
     from ..studies.waterfall.tables import HEADER, flagged_rows, summary
 
     span = None if speed_range is None else (speed_range[0] * RPM, speed_range[1] * RPM)
-    design = design_of(system, as_published)
-    marks = ("-as-published" if as_published else "") + ("" if seed is None else f"-seed{seed}")
+    design = design_of(system, variant)
+    marks = variant.mark + ("" if seed is None else f"-seed{seed}")
     default = f"{design.config.name}-waterfall{marks}"
     number = DEFAULT_SEED if seed is None else seed
     with study_folder(out, default) as folder:

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from flexbench.loop.systems import build_system
 from flexbench.runs.run_folder import Run
 from flexsat.closed_loop import PORTS, port_values
-from flexsat.controller_weights import Variant
 from flexsat.design.chain import Designs
 from flexsat.parameters import ConfigurationName
+from flexsat.variants import CORRECTED, Variant
 from lockstep import Signals
 from lockstep.faults.windows import fault_windows
 
@@ -32,27 +32,26 @@ from .wheels import wheel_responses
 Drawn = dict[str, Callable[[], Figure]]  # name of the file, and what draws it
 
 
-def design_figures(designs: Mapping[ConfigurationName, Designs], as_published: bool = False) -> Drawn:
+def design_figures(designs: Mapping[ConfigurationName, Designs], variant: Variant = CORRECTED) -> Drawn:
     """Return the figures that need no run, each drawn when called.
 
     Parameters
     ----------
-    designs : by configuration, one at least; the corrected variant is drawn
-    as_published : draw that variant, whose wheel speeds are chosen on 25 modes; without what does not depend on it
+    designs : by configuration, one at least
+    variant : whose design is drawn; what is the same for all variants is drawn with the corrected one alone
     """
-    variant: Variant = "as_published" if as_published else "corrected"
     chosen = {name: every.variant(variant) for name, every in designs.items()}
-    mark = "-as-published" if as_published else ""
-    drawn: Drawn = {} if as_published else {"structure": lambda: structure_layout(chosen)}
+    mark, whole = variant.mark, variant == CORRECTED
+    drawn: Drawn = {"structure": lambda: structure_layout(chosen)} if whole else {}
     first = next(iter(chosen.values()))
     if first.config.aperture is not None:
         drawn[f"mode-shapes{mark}"] = lambda: mode_shapes(first)  # one structure
     drawn[f"campbell{mark}"] = lambda: campbell_diagram(chosen)
-    if not as_published:
+    if whole:
         drawn["software"] = software_diagram
     for name, every in designs.items():
         drawn[f"wheel-responses-{name}{mark}"] = partial(wheel_responses, chosen[name])
-        if not as_published:
+        if whole:
             drawn[f"architecture-{name}"] = partial(architecture, every)
     return drawn
 
@@ -85,7 +84,7 @@ def result_figures(runs: Sequence[Run]) -> Drawn:
     groups: dict[str, dict[tuple[ConfigurationName, bool], Run]] = {}
     for run in runs:
         stem = "slew" if run.slew else "fine-pointing"
-        stem += f"{'-as-published' if run.as_published else ''}-seed{run.seed}"
+        stem += f"{run.variant.mark}-seed{run.seed}"
         member = (run.configuration, run.open_loop and not run.slew)
         name, number = stem, 1
         while member in groups.setdefault(name, {}):

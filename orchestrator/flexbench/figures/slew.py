@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from flexbench.runs import histories
 from flexbench.runs.flown_design import FlownDesign
-from flexbench.runs.metrics import PUBLISHED_WINDOW, SETTLED_FROM
+from flexbench.runs.metrics import SETTLED_FROM, after_slew
 from flexbench.runs.slews import slews_of
 from flexbench.studies.paper.published import ROWS
 from flexsat.arrays import Array
@@ -97,7 +97,8 @@ def _last_end(signals: Signals) -> float | None:
 
 def _window(signals: Signals, design: FlownDesign) -> tuple[float, float]:
     """Return the time [s] that the rows of rate and deformation refer to, in the variant simulated."""
-    return PUBLISHED_WINDOW if design.as_published else (SETTLED_FROM, float(signals.time[-1]))
+    rows = after_slew(design.variant)
+    return rows.begin, rows.end if np.isfinite(rows.end) else float(signals.time[-1])
 
 
 def _draw_published(axes: Axes, key: str, name: ConfigurationName, signals: Signals, start: float, end: float) -> None:

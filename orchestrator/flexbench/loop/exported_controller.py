@@ -6,13 +6,14 @@ import io
 import zipfile
 from pathlib import Path
 
-from flexsat.controller_weights import ControllerDesign, variant_of
+from flexsat.controller_weights import ControllerDesign
 from flexsat.fmu.embedded.export import HEADER, controller_files
 from flexsat.fmu.embedded.header import Precision
 from flexsat.fmu.python.load_matrices import MODEL_FILE, load_matrices
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from flexsat.runtime.controller_parameters import ControllerMatrices
+from flexsat.variants import OF_DESIGN
 from lockstep.errors import InputError
 
 
@@ -36,11 +37,10 @@ def export_controller(
 
 
 def _matrices(fmu: Path, design: ControllerDesign) -> ControllerMatrices:
-    variant = variant_of(as_published=False, design=design)
     try:
         with zipfile.ZipFile(fmu) as archive:
             content = archive.read(f"resources/{MODEL_FILE}")
-        return load_matrices(io.BytesIO(content), ControllerMatrices, variant)
+        return load_matrices(io.BytesIO(content), ControllerMatrices, OF_DESIGN[design])
     except FileNotFoundError:
         raise InputError(f"{fmu}: no such file; `flexsat build` makes the FMUs that are exported") from None
     except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:

@@ -18,7 +18,6 @@ import numpy as np
 
 from flexsat.allocation import least_squares
 from flexsat.arrays import Array
-from flexsat.controller_weights import Variant
 from flexsat.fmu.python.load_matrices import MODEL_FILE, load_matrices
 from flexsat.parameters import DEGREE
 from flexsat.ports import controller as interface
@@ -29,6 +28,7 @@ from flexsat.runtime.prepared_controller import PreparedController, prepare, whe
 from flexsat.runtime.rotations import quaternion_from_mrp
 from flexsat.runtime.slew_commands import planned_motions, start_from
 from flexsat.runtime.slew_motion import Motion
+from flexsat.variants import CORRECTED, Variant
 from lockstep import InputError
 from lockstep.fmi.safe_zip import open_file
 from lockstep.plan.plan import Plan
@@ -262,7 +262,7 @@ def _momentum(
 
 def _values(component: Component, naming: Naming, parameters: Parameters) -> dict[str, Any]:
     """Return the value of each input and parameter of a controller by port."""
-    ports = interface.ports(_matrices(component, "corrected"))
+    ports = interface.ports(_matrices(component, CORRECTED))
     given = parameters.get(component.name, {})
     values: dict[str, Any] = {}
     for port in ports:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
+from flexsat.variants import VARIANT_PORT
 from lockstep.fmi.model_description import read_description
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Connection, System
@@ -63,7 +64,7 @@ def loop_parts(system: System) -> LoopParts | None:
 
 def _is_plant(component: Component, model: str) -> bool:
     """Return whether a model called plant_<name> is flexsat's: a built-in one, or one with the parameters of these."""
-    return model.removeprefix("plant_") in CONFIGURATIONS or "as_published" in read_description(component).variables
+    return model.removeprefix("plant_") in CONFIGURATIONS or VARIANT_PORT in read_description(component).variables
 
 
 def _model(component: Component, part: str) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from flexsat.parameters import ARCSECOND, RUN_DURATION, Slew
+from flexsat.parameters import RUN_DURATION, Slew
+from flexsat.variants import CORRECTED, Variant
 from lockstep.errors import InputError
 
 ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
@@ -14,19 +15,17 @@ Value = float | int | bool
 Parameters = dict[str, dict[str, Value | tuple[float, ...]]]  # component, then port
 
 DURATION = RUN_DURATION
-INITIAL_ERROR_CORRECTED = 0.1 * ARCSECOND  # standard deviation about each axis (PHYSICS section 7)
-INITIAL_ERROR_AS_PUBLISHED = 1.0 * ARCSECOND  # about each axis
 
 
 def scenario_parameters(
-    scenario: ScenarioName, as_published: bool = False, seed: int | None = None, slew: Slew | None = None
+    scenario: ScenarioName, variant: Variant = CORRECTED, seed: int | None = None, slew: Slew | None = None
 ) -> Parameters:
     """Return what a scenario sets, by component and port.
 
     Parameters
     ----------
     scenario : slews are simulated without wheel jitter, as in the authors' code
-    as_published : with the errors of the published code (PHYSICS section 7), in one switch
+    variant : chooses the matrices, and how a run begins
     seed : of plant and sensors; None keeps the seeds that the FMUs start with
     slew : commanded in the scenario `slew`; None for the paper's
 
@@ -40,26 +39,22 @@ def scenario_parameters(
     command, slewing = slew or Slew(), scenario == "slew"
     parameters: Parameters = {
         "plant": {
-            "as_published": as_published,
-            "initial.random_wheel_phases": not as_published,
-            "initial.attitude_deviation": 0.0,
-            "initial.mrp": (0.0, 0.0, 0.0),
+            **variant.switch,
+            "initial.random_wheel_phases": variant.random_wheel_phases,
+            "initial.attitude_deviation": 0.0 if slewing else variant.attitude_deviation,
+            "initial.mrp": (0.0 if slewing else 0.25 * variant.attitude_offset,) * 3,
         },
-        "sensors": {"as_published": as_published, "star_tracker.fine": not slewing, "jitter.enabled": not slewing},
+        "sensors": {**variant.switch, "star_tracker.fine": not slewing, "jitter.enabled": not slewing},
         "controller": {
-            "as_published": as_published,
+            **variant.switch,
             "star_tracker.fine": not slewing,
             "jitter.feed_forward": not slewing,
-            "reference.smoothed": as_published,
+            "reference.smoothed": variant.smoothed_slews,
             "open_loop": scenario == "fine_pointing_open_loop",
             "command.rotation": command.rotation if slewing else (0.0, 0.0, 0.0),
             "command.start_time": command.start_time,
         },
     }
-    if not slewing and as_published:
-        parameters["plant"]["initial.mrp"] = (0.25 * INITIAL_ERROR_AS_PUBLISHED,) * 3
-    elif not slewing:
-        parameters["plant"]["initial.attitude_deviation"] = INITIAL_ERROR_CORRECTED
     if seed is not None:
         parameters["plant"]["seed"] = parameters["sensors"]["seed"] = seed
     return parameters

@@ -12,6 +12,7 @@ from flexbench.runs.json_file import read_table
 from flexbench.runs.loop_numbers import QUANTITIES, LoopNumbers, loop_numbers
 from flexbench.runs.loop_table import notes
 from flexbench.runs.run_folder import Run
+from flexbench.studies.paper.published import JUDGED
 from flexbench.studies.paper.table import number, when_lost
 from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import InputError
@@ -68,7 +69,6 @@ def flown(result: Result) -> str:
     run: Run | None = result.run
     assert run is not None
     scenario = "a slew" if run.slew else "fine pointing in open loop" if run.open_loop else "fine pointing"
-    variant = "as published" if run.as_published else f"{run.controller_design} design"
     modes = ""
     try:
         design = run.flown
@@ -76,7 +76,7 @@ def flown(result: Result) -> str:
     except InputError:
         pass
     length = float(result.record.get("simulated_time", 0.0))
-    return f"{scenario} of the {run.configuration} layout{modes}, {variant}, seed {run.seed}, {length:g} s"
+    return f"{scenario} of the {run.configuration} layout{modes}, {run.variant.flown}, seed {run.seed}, {length:g} s"
 
 
 def _numbers(numbers: LoopNumbers) -> str:
@@ -117,7 +117,7 @@ def _of_study(folder: Path) -> list[Block]:
                 f"The robust design in fine pointing, {name}: {', '.join(cell for cell in cells if cell)}."
             )
     ratios = [row["mean"] / row["published"] for row in rows
-              if row["variant"] == "as_published" and row["published"] and math.isfinite(row["mean"])]  # fmt: skip
+              if row["variant"] == JUDGED and row["published"] and math.isfinite(row["mean"])]  # fmt: skip
     if ratios:
         close = sum(abs(ratio - 1.0) <= _CLOSE for ratio in ratios)
         sentences.append(

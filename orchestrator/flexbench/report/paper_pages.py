@@ -15,7 +15,7 @@ from flexbench.runs.run_folder import read_run
 from flexbench.studies.margins.study import curves
 from flexbench.studies.paper.design_margins import LoopMargins, bandwidth, read_margins
 from flexbench.studies.paper.paper import one_seed_folders
-from flexbench.studies.paper.published import Variant
+from flexbench.studies.paper.published import JUDGED, Variant
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import ConfigurationName
@@ -46,7 +46,7 @@ def figures_of_loops(loops: Sequence[LoopMargins], name: ConfigurationName, desi
     grids = {
         f"{name}, {loop.title}: where the loop is stable, else growth in 1/s": loop.content["stability"]["grid"]
         for loop in loops
-        if loop.variant != "as_published" or len(loops) == 1  # of the three the one on a part of the plant
+        if loop.variant != JUDGED or len(loops) == 1  # of the three the one on a part of the plant
     }
     drawn: Drawn = {f"spillover-{name}": partial(stability_maps, grids)}
     if not flown.stable:
@@ -54,7 +54,7 @@ def figures_of_loops(loops: Sequence[LoopMargins], name: ConfigurationName, desi
     found = flown.content["analysis"]
     disk = found["margins"]["all wheels"]["disk"]
     values = (np.array(found[key]) for key in ("frequency", "largest_s", "largest_t"))
-    published = by_variant["as_published"].axes() if "as_published" in by_variant and flown is not loops[0] else {}
+    published = by_variant[JUDGED].axes() if JUDGED in by_variant and flown is not loops[0] else {}
     return drawn | {
         f"bandwidth-{name}": partial(responses_over_loop, design, flown.axes(), published, bandwidth(flown)),
         f"nichols-{name}": partial(nichols_chart, curves(flown.content), disk),

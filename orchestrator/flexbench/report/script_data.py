@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from flexsat.variants import CORRECTED
+
 from .motion_data import geometry_data
 from .results import Result
 from .run_data import RunData
@@ -71,7 +73,8 @@ def _shown_first(results: Sequence[Result]) -> set[str]:
     """Return the runs whose lines show from the start: all of a few, else those of one scenario and variant."""
     if len(results) <= MOST_SHOWN:
         return {result.name for result in results}
-    kinds = [(scenario_of(r), r.run is None or r.run.as_published) for r in results]
-    preferred = next((kind for kind in (("slew", False), ("fine_pointing", False)) if kind in kinds), kinds[0])
+    kinds = [(scenario_of(r), "" if r.run is None else r.run.variant.label) for r in results]
+    wanted = ((scenario, CORRECTED.label) for scenario in ("slew", "fine_pointing"))
+    preferred = next((kind for kind in wanted if kind in kinds), kinds[0])
     alike = [result.name for result, kind in zip(results, kinds, strict=True) if kind == preferred]
     return set(alike[:MOST_SHOWN])

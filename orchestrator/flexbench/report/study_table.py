@@ -13,14 +13,13 @@ from flexbench.studies.paper import design_margins
 from flexbench.studies.paper.native import read_native
 from flexbench.studies.paper.native_table import PORT_HEADER, RUN_HEADER, port_rows, remarks, run_rows
 from flexbench.studies.paper.native_table import TITLE as NATIVE_TITLE
-from flexbench.studies.paper.published import ROWS, TITLES, VARIANTS
+from flexbench.studies.paper.published import JUDGED, ROWS, TITLES, VARIANTS
 from flexbench.studies.paper.table import FAILED, number, when_lost
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
 
 TABLE = "table.json"
 LOST = "published_design"  # the variant that has no numbers
-PUBLISHED = "as_published"  # the variant that is judged against the paper
 _DEVIATION = "Deviation: of what flew as published from the published value, ± the standard deviation of one seed."
 STUDY_SHAPE = {
     "seeds": ["whole number"],
@@ -59,7 +58,7 @@ def study_table(folder: Path) -> list[Block]:
     for name in CONFIGURATIONS:
         header = ["quantity", "unit", "published"]
         for variant in variants:
-            header += [f"flown {TITLES.get(variant, variant)}", *(["deviation"] if variant == PUBLISHED else [])]
+            header += [f"flown {TITLES.get(variant, variant)}", *(["deviation"] if variant == JUDGED else [])]
         lines = list(_lines(name, variants, rows, failed))
         if lines:
             blocks += [Heading(3, name), Table((*header, "definition"), lines, code=frozenset())]
@@ -99,7 +98,7 @@ def _lines(
         for variant in variants:
             mark = FAILED if (variant, scenario) in lacking else "-"
             cell = found.get((label, variant))
-            line += _cells(cell) if cell else [mark, "-"] if variant == PUBLISHED else [mark]
+            line += _cells(cell) if cell else [mark, "-"] if variant == JUDGED else [mark]
         definition = own[0].get("definition", "") if own else known[label].definition
         yield [*line, definition]
 
@@ -139,4 +138,4 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
     """Return the value of a row with its spread, and its deviation from the paper in the variant as published."""
     spread = row["standard_deviation"]
     value = number(row["mean"]) + (f" ± {number(spread)}" if spread is not None else "")
-    return [value, row["deviation"] or "-"] if row["variant"] == PUBLISHED else [value]
+    return [value, row["deviation"] or "-"] if row["variant"] == JUDGED else [value]

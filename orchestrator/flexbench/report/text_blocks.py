@@ -43,7 +43,7 @@ def _facts_of(run: RunData) -> dict[str, str]:
     speed = f" ({simulated / wall:.1f} x real time)" if wall > 0.0 else ""
     facts = {"system": str(record.get("system", {}).get("name", ""))}
     if result.run is not None:
-        facts["variant"] = "as published" if result.run.as_published else "corrected"
+        facts["variant"] = result.run.variant.label
         facts["seed"] = str(result.run.seed)
     return facts | {
         "status": str(record.get("status", "")),
@@ -74,7 +74,7 @@ def run_description(run: RunData) -> str:
     result = run.result
     words = [str(result.record.get("system", {}).get("name", ""))]
     if result.run is not None:
-        words += ["as published" if result.run.as_published else "corrected", f"seed {result.run.seed}"]
+        words += [result.run.variant.label, f"seed {result.run.seed}"]
     return ", ".join([*words, f"{_simulated(run):g} s simulated"])
 
 

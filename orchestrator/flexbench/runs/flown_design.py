@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.arrays import Array, Index
-from flexsat.controller_weights import DEFAULT_DESIGN, ControllerDesign, variant_of
 from flexsat.design.chain import Design, cost_arrays
 from flexsat.fmu.python.load_matrices import COST, MODEL_FILE
 from flexsat.fmu.reproducible_zip import npz_bytes, write_atomically
 from flexsat.runtime.slew_guidance import Profile, plan
+from flexsat.variants import VARIANT_PORT, Variant, chosen_by
 from lockstep import InputError
 from lockstep.results.read_run_record import read_run_record
 
@@ -46,7 +46,7 @@ class CostWeights:
 class FlownDesign:
     """The part of a design that recorded signals are evaluated with. `m` modes and `n` wheels of the plant."""
 
-    as_published: bool  # the plant
+    variant: Variant  # of the plant
     nominal_speed: Array  # (n,) [rad/s]
     wheel_axis: Array  # (n, 3)
     wheel_axial_slope: Array  # (n, m) [rad/(m sqrt(kg))]: rotation about the wheel's axis
@@ -86,6 +86,9 @@ class FlownDesign:
         return self.cost
 
 
+_ARRAYS = tuple(f.name for f in fields(FlownDesign) if f.name not in ("variant", "cost"))  # in design.npz by name
+
+
 def flown_part(design: Design) -> FlownDesign:
     """Return the part of a whole design that recorded signals are evaluated with."""
     plant, controller = design.plant, design.controller
@@ -95,7 +98,7 @@ def flown_part(design: Design) -> FlownDesign:
         | {f"{COST}.{name}": values for name, values in cost_arrays(design).items()},
         {},
         {},
-        design.as_published,
+        design.variant,
     )
 
 
@@ -132,7 +135,8 @@ def keep_flown(folder: Path) -> None:
 
 def write_flown(folder: Path, design: FlownDesign) -> None:
     """Write design.npz to a run's folder."""
-    arrays = {f.name: np.asarray(getattr(design, f.name)) for f in fields(design) if f.name != "cost"}
+    arrays = {name: np.asarray(value) for name, value in design.variant.switch.items()}
+    arrays |= {name: np.asarray(getattr(design, name)) for name in _ARRAYS}
     if design.cost is not None:
         arrays |= {f"{COST}.{f.name}": np.asarray(getattr(design.cost, f.name)) for f in fields(CostWeights)}
     write_atomically(folder / FILE, npz_bytes(arrays))
@@ -144,32 +148,29 @@ def _read_kept(path: Path) -> FlownDesign:
             arrays = dict(archive)
     except (OSError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: cannot be read ({error}); delete it, the FMUs that flew have the same") from None
-    known = [f.name for f in fields(FlownDesign) if f.name != "cost"]
     if "nominal_speed" in arrays:  # earlier versions kept no limits
         arrays.setdefault("torque_limit", np.full_like(arrays["nominal_speed"], np.nan))
-    if lacking := [name for name in known if name not in arrays]:
+    if lacking := [name for name in (VARIANT_PORT, *_ARRAYS) if name not in arrays]:
         raise InputError(f"{path}: has no {lacking[0]}; delete it, the FMUs that flew have the same")
-    values: dict[str, Any] = {name: arrays[name] if arrays[name].ndim else arrays[name].item() for name in known}
-    return FlownDesign(**values, cost=_weights(arrays))
+    values: dict[str, Any] = {name: arrays[name] if arrays[name].ndim else arrays[name].item() for name in _ARRAYS}
+    return FlownDesign(**values, variant=chosen_by(arrays.get), cost=_weights(arrays))
 
 
 def _of_fmus(folder: Path, record: Mapping[str, Any], names: LoopNames) -> FlownDesign:
     components = {component["name"]: component for component in record["component"]}
     plant = components[names.plant]
     given = plant.get("parameters", {})
-    as_published = bool(given.get("as_published", False))
-    matrices = _matrices(folder, plant, "as_published" if as_published else "corrected")
+    variant = chosen_by(given.get)
+    matrices = _matrices(folder, plant, variant)
     controller = components.get(names.controller or "", {})
     set_to = controller.get("parameters", {})
     own: dict[str, NDArray[Any]] = {}
     if str(controller.get("model", "")).removesuffix("_flat") == f"controller_{names.configuration}":
-        chosen: ControllerDesign = "published" if set_to.get("design", DEFAULT_DESIGN) == "published" else "robust"
-        variant = variant_of(as_published=bool(set_to.get("as_published", False)), design=chosen)
-        own = _matrices(folder, controller, variant)
-    return _flown(matrices, own, given, set_to, as_published)
+        own = _matrices(folder, controller, chosen_by(set_to.get, set_to.get("design")))
+    return _flown(matrices, own, given, set_to, variant)
 
 
-def _matrices(folder: Path, component: Mapping[str, Any], variant: str) -> dict[str, NDArray[Any]]:
+def _matrices(folder: Path, component: Mapping[str, Any], variant: Variant) -> dict[str, NDArray[Any]]:
     """Return the matrices of a variant that a component's FMU carries; raise InputError if it is not what flew."""
     path, name = Path(component["source"]), component["name"]
     remedy = f"{folder} keeps no {FILE} either; simulate again"
@@ -184,7 +185,7 @@ def _matrices(folder: Path, component: Mapping[str, Any], variant: str) -> dict[
             zipfile.ZipFile(io.BytesIO(content)) as archive,
             np.load(io.BytesIO(archive.read(f"resources/{MODEL_FILE}"))) as arrays,
         ):
-            prefix = f"{variant}."
+            prefix = f"{variant.name}."
             return {key.removeprefix(prefix): arrays[key] for key in arrays.files if key.startswith(prefix)}
     except (KeyError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: carries no matrices of {name} ({error}); build it with `flexsat build`") from None
@@ -195,12 +196,12 @@ def _flown(
     controller: Mapping[str, NDArray[Any]],
     of_plant: Mapping[str, Any],
     parameters: Mapping[str, Any],
-    as_published: bool,
+    variant: Variant,
 ) -> FlownDesign:
     try:
         mass, axis = plant["mass_matrix"], plant["wheel_axis"]
         return FlownDesign(
-            as_published=as_published,
+            variant=variant,
             nominal_speed=plant["nominal_speed"],
             wheel_axis=axis,
             wheel_axial_slope=np.einsum("ni,nim->nm", axis, plant["wheel_slope"]),

@@ -17,6 +17,7 @@ from flexsat.description.wheel_set import WheelSet
 from flexsat.fmu.python.load_matrices import MODEL_FILE
 from flexsat.parameters import DEFAULT_DESIGN, Wheel
 from flexsat.runtime.rotations import error_angle
+from flexsat.variants import chosen_by
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_file
 from lockstep.results.monitor import Found
@@ -197,13 +198,13 @@ def converts(connection: Connection) -> bool:
 
 def _nominal_speed(parts: LoopParts, parameters: Parameters) -> Array | None:
     """Return the nominal wheel speeds of the plant (n,) [rad/s], from its FMU; None if that does not hold them."""
-    published = flag_of(parts.plant, parts.name("as_published"), parameters)
+    variant = chosen_by(lambda port: flag_of(parts.plant, parts.name(port), parameters))
     with open_file(parts.plant.source, parts.plant.archive, parts.plant.name) as stream, ZipFile(stream) as archive:
         name = f"resources/{MODEL_FILE}"
         if name not in archive.namelist():
             return None
         with np.load(io.BytesIO(archive.read(name))) as arrays:
-            key = f"{'as_published' if published else 'corrected'}.nominal_speed"
+            key = f"{variant.name}.nominal_speed"
             return np.asarray(arrays[key]) if key in arrays else None
 
 

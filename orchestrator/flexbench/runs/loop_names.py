@@ -9,6 +9,7 @@ from typing import Any
 
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
+from flexsat.variants import VARIANT_PORT
 
 _PLANT = re.compile(r"plant_([a-z][a-z0-9_]*?)(_flat)?")
 
@@ -26,11 +27,11 @@ class LoopNames:
 def plant_model(component: Mapping[str, Any]) -> re.Match[str] | None:
     """Return the match of a component's model if it is a plant of flexsat: [1] is the spacecraft's name.
 
-    That of a built-in spacecraft, or a model called plant_<name> of a system that sets `as_published`, as those of
+    That of a built-in spacecraft, or a model called plant_<name> of a system that chooses the variant, as those of
     `flexsat build` do.
     """
     match = _PLANT.fullmatch(component.get("model", ""))
-    known = match is not None and (match[1] in CONFIGURATIONS or "as_published" in component.get("parameters", {}))
+    known = match is not None and (match[1] in CONFIGURATIONS or VARIANT_PORT in component.get("parameters", {}))
     return match if known else None
 
 

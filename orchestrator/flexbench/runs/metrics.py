@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexsat.arrays import Array
+from flexsat.variants import AS_PUBLISHED, CORRECTED, Variant
 from lockstep import InputError, Signals
 
 from . import histories
@@ -19,11 +20,27 @@ LAST = 50.0  # s at the end of a run, whose RMS defines the settling limit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AfterSlew:
+    """How two rows of the slew are defined, rate error and deformation: an RMS over a time, divided by a number."""
+
+    begin: float  # s
+    end: float = np.inf  # s
+    divisor: float = 1.0
+
+
+def after_slew(variant: Variant) -> AfterSlew:
+    """Return how the two rows are defined for a variant (PHYSICS section 7)."""
+    begin, end = PUBLISHED_WINDOW
+    of_release = {AS_PUBLISHED: AfterSlew(begin=begin, end=end, divisor=np.sqrt(2.0))}
+    return of_release.get(variant, AfterSlew(begin=SETTLED_FROM))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Windows:
     """Time windows that the metrics of one run refer to."""
 
     slew_end: float | None  # s; None for a run without a slew
-    as_published: bool
+    variant: Variant = CORRECTED  # whose definition the rows of rate and deformation after a slew have
 
 
 def root_mean_square(values: Array) -> float:
@@ -56,7 +73,7 @@ def compute_metrics(signals: Signals, design: FlownDesign, windows: Windows) -> 
     ----------
     signals : recorded with the default patterns
     design : of the run's FMUs, for the weights of the cost
-    windows : when the slew ends, and whether the published definitions of two rows apply
+    windows : when the slew ends, and the variant
 
     Raises
     ------
@@ -77,12 +94,10 @@ def compute_metrics(signals: Signals, design: FlownDesign, windows: Windows) -> 
         "pointing_error": root_mean_square(error[steady]),
         "torque": root_mean_square(torque[steady]),
     }
-    window, divisor = steady, 1.0
-    if windows.as_published and windows.slew_end is not None:
-        window = (time > PUBLISHED_WINDOW[0]) & (time < PUBLISHED_WINDOW[1])
-        divisor = np.sqrt(2.0)
-    metrics["rate_error"] = root_mean_square(histories.rate_error(signals)[window]) / divisor
-    metrics["deformation"] = root_mean_square(histories.deformation(signals)[window]) / divisor
+    rows = after_slew(CORRECTED if windows.slew_end is None else windows.variant)
+    window = (time > rows.begin) & (time < rows.end)
+    metrics["rate_error"] = root_mean_square(histories.rate_error(signals)[window]) / rows.divisor
+    metrics["deformation"] = root_mean_square(histories.deformation(signals)[window]) / rows.divisor
     if windows.slew_end is not None:
         metrics["settling_time"] = settling_time(time, error, windows.slew_end)
     return metrics

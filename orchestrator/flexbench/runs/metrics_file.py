@@ -56,7 +56,7 @@ def evaluate(folder: Path, band: float | None = None) -> Evaluated:
     reason = ""
     try:
         run = read_run(folder)
-        about |= {"as_published": run.as_published, "seed": run.seed}
+        about |= {**run.variant.switch, "seed": run.seed}
         paper = run.metrics()
     except InputError as error:
         reason = str(error)

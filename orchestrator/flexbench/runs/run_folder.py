@@ -9,7 +9,8 @@ from pathlib import Path
 from flexsat.description.built_in import CONFIGURATIONS, built_in
 from flexsat.description.spacecraft_file import SpacecraftFile
 from flexsat.design.chain import Design, Designs, build_designs
-from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName, ControllerDesign
+from flexsat.parameters import ConfigurationName
+from flexsat.variants import CORRECTED, Variant, chosen_by
 from lockstep import InputError, Signals, read_signals
 from lockstep.results.read import PARQUET
 from lockstep.results.read_run_record import read_run_record
@@ -38,10 +39,9 @@ class Run:
 
     folder: Path
     configuration: ConfigurationName
-    as_published: bool
     slew: bool
     seed: int
-    controller_design: ControllerDesign = DEFAULT_DESIGN
+    variant: Variant = CORRECTED
     open_loop: bool = False
 
     @property
@@ -58,14 +58,14 @@ class Run:
     @property
     def design(self) -> Design:
         """The whole design that the run's FMUs were built from; InputError if it is not that of this version."""
-        return self.designs.flown(self.as_published, self.controller_design)
+        return self.designs.variant(self.variant)
 
     @property
     def designs(self) -> Designs:
         """All designs of its configuration; InputError if the run flew another plant."""
         name = self.configuration
         designs = build_designs(name) if name in CONFIGURATIONS else designs_for(name, self._plant())
-        refuse_other_design(self.flown, designs.flown(self.as_published, self.controller_design), self.folder)
+        refuse_other_design(self.flown, designs.variant(self.variant), self.folder)
         return designs
 
     @property
@@ -124,7 +124,7 @@ class Run:
         if slews and not (slews[-1].end is not None and slews[-1].end <= SETTLED_FROM):
             raise InputError(f"metrics of the paper: refer to t > {SETTLED_FROM:g} s, and a slew ends later")
         end = None if command is None else planned_slew(design, command).end
-        return compute_metrics(signals, design, Windows(slew_end=end, as_published=self.as_published))
+        return compute_metrics(signals, design, Windows(slew_end=end, variant=self.variant))
 
 
 def read_run(folder: Path) -> Run:
@@ -144,8 +144,7 @@ def read_run(folder: Path) -> Run:
     return Run(
         folder=folder,
         configuration=match[1],
-        as_published=bool(plant.get("as_published", False)),
-        controller_design="published" if controller.get("design", DEFAULT_DESIGN) == "published" else "robust",
+        variant=chosen_by(plant.get, controller.get("design")),
         slew=command_of(record, "controller") is not None,
         seed=int(number_of(plant, "seed")),
         open_loop=bool(controller.get("open_loop", False)),

@@ -12,6 +12,7 @@ import pytest
 
 from flexbench.cli.margins import MeasurementOptions
 from flexbench.cli.parser import PROGRAM
+from flexsat.variants import AS_PUBLISHED
 from lockstep.cli.options import assignments
 
 FAR = "far.ssd"
@@ -298,9 +299,10 @@ def test_options_of_the_split_alone_are_refused(capsys, option):
 
 
 def test_as_published_sets_the_parameters_of_the_release():
-    from flexbench.cli.run import _published
+    from flexbench.cli.run import _settings
 
-    slew, pointing = (_published(SimpleNamespace(name=f"centralised-{name}")) for name in ("slew", "fine-pointing"))
+    systems = [SimpleNamespace(name=f"centralised-{name}") for name in ("slew", "fine-pointing")]
+    slew, pointing = (_settings(system, AS_PUBLISHED) for system in systems)
     assert slew["controller.as_published"] is True
     assert set(slew) != set(pointing) or slew != pointing
 

@@ -13,6 +13,7 @@ from flexbench.figures.figure_lists import design_figures, result_figures
 from flexbench.runs.run_folder import Run
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import RPM, ConfigurationName
+from flexsat.variants import AS_PUBLISHED
 
 
 def test_figures_of_a_design_are_listed_without_being_drawn(built: Any):
@@ -24,13 +25,13 @@ def test_figures_of_a_design_are_listed_without_being_drawn(built: Any):
 
 def test_figures_as_published_are_those_of_25_modes_at_their_wheel_speeds(built: Any):
     """PHYSICS section 5: 351 and 223 rpm centralised, from 223 to 833 rpm distributed; the full plant's differ."""
-    drawn = design_figures(built, as_published=True)
+    drawn = design_figures(built, AS_PUBLISHED)
     assert set(drawn) == {
         "mode-shapes-as-published", "campbell-as-published",
         "wheel-responses-centralised-as-published", "wheel-responses-distributed-as-published",
     }  # fmt: skip
     for name, slowest, fastest in (("centralised", 223, 351), ("distributed", 223, 833)):
-        design = built[name].as_published
+        design = built[name].variant(AS_PUBLISHED)
         assert design.structure.mode_count == 25
         nominal = design.response.nominal / RPM
         assert (round(min(nominal)), round(max(nominal))) == (slowest, fastest)
@@ -53,14 +54,14 @@ def test_the_command_draws_the_design_as_published(
 
 
 def run_of(name: ConfigurationName, **kind: Any) -> Run:
-    given = {"as_published": False, "slew": True, "seed": 1, "open_loop": False} | kind
+    given = {"slew": True, "seed": 1, "open_loop": False} | kind
     return Run(folder=Path("unread"), configuration=name, **given)
 
 
 def test_runs_of_both_configurations_share_a_figure_and_others_do_not():
     runs = [run_of(name, slew=True) for name in CONFIGURATIONS]
     runs += [run_of(name, slew=False, open_loop=loop) for name in CONFIGURATIONS for loop in (False, True)]
-    runs += [run_of("centralised", slew=True, seed=2), run_of("centralised", slew=True, as_published=True)]
+    runs += [run_of("centralised", slew=True, seed=2), run_of("centralised", slew=True, variant=AS_PUBLISHED)]
     runs += [run_of("centralised", slew=True)]  # once more, as of another controller
 
     drawn = result_figures(runs)

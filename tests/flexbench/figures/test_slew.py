@@ -16,6 +16,7 @@ from flexbench.figures.slew import slew_comparison
 from flexbench.runs.flown_design import flown_part
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ARCSECOND, ConfigurationName
+from flexsat.variants import AS_PUBLISHED
 from lockstep import Signals
 
 UNIT = re.compile(r"\[.+\]$")
@@ -141,7 +142,7 @@ def test_slew_draws_the_published_values(
 
 
 def test_slew_of_the_published_variant_is_compared_over_its_window(designs: Any, lines: Any, made_signals: Any):
-    design = replace(designs["distributed"], as_published=True)
+    design = replace(designs["distributed"], variant=AS_PUBLISHED)
     signals = made_signals(design, ARCSECOND, 60_001)
 
     figure = slew_comparison({"distributed": signals}, {"distributed": flown_part(design)})

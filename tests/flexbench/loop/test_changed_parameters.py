@@ -14,6 +14,7 @@ from flexsat.design.chain import Designs, build_design
 from flexsat.fmu.build import SHELLS, component_resources
 from flexsat.fmu.export import build_fmu
 from flexsat.parameters import Rates, Slew
+from flexsat.variants import AS_PUBLISHED, CORRECTED, PUBLISHED
 from lockstep import read_signals, simulate
 
 CONFIG = replace(
@@ -27,7 +28,7 @@ DURATION = 1.0  # s, with the start of the slew inside
 @pytest.fixture(scope="module")
 def designs():
     corrected = build_design(CONFIG)
-    return Designs(corrected=corrected, published=corrected, as_published=build_design(CONFIG, as_published=True))
+    return Designs({CORRECTED: corrected, PUBLISHED: corrected, AS_PUBLISHED: build_design(CONFIG, AS_PUBLISHED)})
 
 
 @pytest.fixture(scope="module")

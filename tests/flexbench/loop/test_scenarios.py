@@ -12,6 +12,7 @@ from flexsat.closed_loop import PORTS, port_values
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import build_designs
 from flexsat.parameters import ARCSECOND, DEGREE
+from flexsat.variants import AS_PUBLISHED, CORRECTED
 
 
 @pytest.fixture(scope="module", params=CONFIGURATIONS)
@@ -20,10 +21,10 @@ def designs(request):
     return build_designs(request.param)
 
 
-@pytest.mark.parametrize("as_published", [False, True])
+@pytest.mark.parametrize("variant", [CORRECTED, AS_PUBLISHED])
 @pytest.mark.parametrize("scenario", SCENARIOS)
-def test_every_name_is_a_parameter_or_input_of_its_component(designs, scenario, as_published):
-    parameters = scenario_parameters(scenario, as_published=as_published, seed=4)
+def test_every_name_is_a_parameter_or_input_of_its_component(designs, scenario, variant):
+    parameters = scenario_parameters(scenario, variant, seed=4)
 
     assert set(parameters) == set(PORTS)
     for component, given in parameters.items():
@@ -55,7 +56,7 @@ def test_open_loop_changes_only_the_open_loop_parameter():
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_as_published_switches_all_errors_of_the_published_code(scenario):
     corrected, published = (
-        scalar_overrides(scenario_parameters(scenario, as_published=as_published)) for as_published in (False, True)
+        scalar_overrides(scenario_parameters(scenario, variant)) for variant in (CORRECTED, AS_PUBLISHED)
     )
 
     switched = {key for key in corrected if corrected[key] != published[key]}
@@ -100,4 +101,4 @@ def test_slew_of_the_paper_takes_101_s(designs):
     command = Command(time=slew.start_time, rotation=slew.rotation)
     end = planned_slew(flown_part(designs.corrected), command).end
     assert end == pytest.approx(5.0 + 100.9, abs=0.1)
-    assert planned_slew(flown_part(designs.as_published), command).end == end
+    assert planned_slew(flown_part(designs.variant(AS_PUBLISHED)), command).end == end

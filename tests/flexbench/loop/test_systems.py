@@ -13,6 +13,7 @@ from lxml import etree
 from flexbench.loop.systems import build_system, write_systems
 from flexsat.design.chain import Designs, build_designs
 from flexsat.parameters import Rates, Slew
+from flexsat.variants import CORRECTED
 from lockstep import load_system, read_signals, simulate
 from lockstep.ssp.documents.xml import NS
 from lockstep.system.clock import seconds
@@ -28,7 +29,7 @@ def designs():
 def with_parameters(designs, **changed):
     """Return the designs with other parameters in their configuration; the matrices stay."""
     corrected = replace(designs.corrected, config=replace(designs.corrected.config, **changed))
-    return Designs(corrected=corrected, published=designs.published, as_published=designs.as_published)
+    return Designs({one: designs.variant(one) for one in designs.variants} | {CORRECTED: corrected})
 
 
 def periods(system):

@@ -2,10 +2,11 @@
 
 from flexbench.figures.figure_lists import design_figures
 from flexbench.report.captions import caption_of, place_of
+from flexsat.variants import AS_PUBLISHED
 
 
 def test_every_figure_of_a_design_has_a_caption(built):
-    names = [*design_figures(built), *design_figures(built, as_published=True)]
+    names = [*design_figures(built), *design_figures(built, AS_PUBLISHED)]
 
     for name in names:
         assert caption_of(name) != name.replace("-", " ")

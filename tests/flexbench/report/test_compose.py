@@ -119,7 +119,7 @@ def test_picture_of_a_section_is_an_image_with_escaped_title():
 
 
 def test_sections_of_studies_are_composed_and_may_be_absent(monkeypatch):
-    run = Run(folder=Path(), configuration="distributed", as_published=False, slew=False, seed=1)
+    run = Run(folder=Path(), configuration="distributed", slew=False, seed=1)
 
     def too_short(_):
         raise InputError("too short")

@@ -24,7 +24,7 @@ def test_section_shows_structure_wheels_and_architecture_of_the_design_of_a_run(
 
     for name in ("structure_layout", "wheel_responses", "architecture"):
         monkeypatch.setattr(design, name, drawing(name))
-    run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=True, seed=1)
+    run = Run(folder=tmp_path, configuration="distributed", slew=True, seed=1)
 
     write_flown(tmp_path, flown_part(designs["distributed"]))
 

@@ -35,7 +35,7 @@ def test_motion_data_give_every_recorded_row_where_there_is_room(designs, tmp_pa
     shape = structure_of(config).deflection[:, 2]
     modal = np.random.default_rng(5).normal(size=(1000, MODES)) * np.logspace(-4, -7, MODES)
     torque = np.sin(TIME[:1000, None] + np.arange(33))
-    run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=False, seed=1)
+    run = Run(folder=tmp_path, configuration="distributed", slew=False, seed=1)
     write_flown(tmp_path, flown_part(designs["distributed"]))
 
     motion = motion_data(recorded(modal, torque), run, budget=(2 * MODES + 45) * 1000)
@@ -54,7 +54,7 @@ def test_motion_with_fewer_frames_has_no_alias_of_fast_vibration(designs, tmp_pa
     modal = np.zeros((len(TIME), MODES))
     modal[:, 0] = 2e-6 * np.sin(2.0 * np.pi * 0.3 * TIME) + 1.5e-6 * np.sin(2.0 * np.pi * 63.0 * TIME)
     torque = np.tile(0.2 + 0.1 * np.sin(2.0 * np.pi * 63.0 * TIME)[:, None], 33)
-    run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=False, seed=1)
+    run = Run(folder=tmp_path, configuration="distributed", slew=False, seed=1)
     write_flown(tmp_path, flown_part(designs["distributed"]))
 
     frequency = flown_part(designs["distributed"]).frequency / (2.0 * np.pi)
@@ -80,6 +80,6 @@ def test_a_structure_with_other_modes_does_not_move(designs, tmp_path):
     write_flown(tmp_path, replace(flown, frequency=1.01 * flown.frequency))
     columns = {f"plant.modal.displacement[{k + 1}]": np.zeros(len(TIME)) for k in range(MODES)}
     signals = Signals(time=TIME, columns=columns, units={}, descriptions={})
-    run = Run(folder=tmp_path, configuration="distributed", as_published=False, slew=False, seed=1)
+    run = Run(folder=tmp_path, configuration="distributed", slew=False, seed=1)
 
     assert motion_data(signals, run, budget=1000) is None

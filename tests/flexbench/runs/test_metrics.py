@@ -10,14 +10,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.runs.metrics import Windows, compute_metrics, root_mean_square, settling_time
+from flexsat.variants import AS_PUBLISHED
 from lockstep import InputError, Signals
 
 ROUNDING = 1e-9  # relative; a sum over some thousand rows, and mrp to angle and back
 INTERVAL = 0.1  # s, of the controller too
 TIME = np.round(np.arange(3000) * INTERVAL, 9)  # 0 to 299.9 s
 STEADY = 1499  # rows after 150 s
-FINE, SLEW = Windows(slew_end=None, as_published=False), Windows(slew_end=100.0, as_published=False)
-SLEW_AS_PUBLISHED = Windows(slew_end=100.0, as_published=True)
+FINE, SLEW = Windows(slew_end=None), Windows(slew_end=100.0)
+SLEW_AS_PUBLISHED = Windows(slew_end=100.0, variant=AS_PUBLISHED)
 SINE = np.sin(2.0 * np.pi * TIME / 10.0)  # zero at 75 s and at 150 s
 
 
@@ -117,7 +118,7 @@ def test_published_definitions_of_a_slew_use_75_to_150_s_and_divide_by_root_two(
 
 def test_published_definitions_of_fine_pointing_use_the_same_windows():
     signals = recorded(**{"plant.rms_deformation": 1e-7 * np.abs(SINE)})
-    published = compute_metrics(signals, spacecraft(), Windows(slew_end=None, as_published=True))
+    published = compute_metrics(signals, spacecraft(), Windows(slew_end=None, variant=AS_PUBLISHED))
 
     assert published == compute_metrics(signals, spacecraft(), FINE)
 
@@ -191,7 +192,7 @@ def test_a_missing_signal_is_named():
 def test_a_run_whose_slew_ends_in_the_steady_part_is_none_of_the_papers():
     """It printed a settling time of 0."""
     with pytest.raises(InputError, match=r"refer to t > 150 s, and the slew ends at 350\.9 s"):
-        compute_metrics(recorded(), spacecraft(), Windows(slew_end=350.9, as_published=False))
+        compute_metrics(recorded(), spacecraft(), Windows(slew_end=350.9))
 
 
 def test_a_controller_of_others_has_no_cost():

@@ -20,6 +20,7 @@ from flexbench.studies.layouts.plan import Plan as Layouts
 from flexbench.studies.margins import study as margins
 from flexbench.studies.robustness import model_errors as robustness
 from flexsat.parameters import ALL_MODES
+from flexsat.variants import CORRECTED
 
 waterfall = import_module("flexbench.studies.waterfall.sweep")  # its package has the function under the name
 ROUNDING = 1e-9  # relative: the two kinds add in different orders; in seconds the loop makes 1e-12 of that
@@ -40,7 +41,7 @@ def studies(fmus, folder):
     system = fmus / "centralised" / "fine_pointing.ssd"
     plan = robustness.Plan(levels={}, modes=(40,))
     names = ("centralised", "distributed")
-    known = SimpleNamespace(response=SimpleNamespace(nominal=np.full(6, 55.0)), as_published=False)  # of the design
+    known = SimpleNamespace(response=SimpleNamespace(nominal=np.full(6, 55.0)), variant=CORRECTED)  # of the design
     return {
         robustness: partial(robustness.run_robustness, fmus, folder, names, "slew", plan, (1,), 4.0, ALL_MODES),
         health: partial(health.run_health, system, folder, (1, 2), 50.0, {}, None),

@@ -13,6 +13,7 @@ from flexsat.design.chain import build_design
 from flexsat.design.estimator import design_estimator, measurement_noise, process_covariance
 from flexsat.design.regulator import design_regulator
 from flexsat.design.riccati import RiccatiStep, steady_state
+from flexsat.variants import AS_PUBLISHED
 
 
 def random_step(rng: np.random.Generator, n: int = 5) -> RiccatiStep:
@@ -155,7 +156,7 @@ def test_regulator_weights(design):
 @pytest.fixture(scope="session")
 def variant(request, design):
     """Return the design of a configuration: corrected, or with the slips of the published release."""
-    return build_design(design.config, as_published=True) if request.param == "as published" else design
+    return build_design(design.config, AS_PUBLISHED) if request.param == "as published" else design
 
 
 def kalman_problem(design, star_tracker):
@@ -167,7 +168,7 @@ def kalman_problem(design, star_tracker):
     block[:n, :n], block[:n, n:] = model.a, inputs
     sampled = expm(block * 0.005)[:n]
     torque, jitter = sampled[:, n : n + wheels], sampled[:, n + wheels :]
-    if design.as_published:
+    if design.variant == AS_PUBLISHED:
         # the release: inputs are all torques, then (force a, force b, torque a, torque b) of each wheel in turn; of
         # these it takes the first 4 n, with the deviations of the jitter
         by_wheel = [jitter[:, kind * wheels + i] for i in range(wheels) for kind in range(4)]
@@ -217,12 +218,12 @@ def test_kalman_filter_repeats_over_the_star_trackers_period(variant, sensor):
 def test_process_covariance_takes_the_columns_of_its_variant(variant):
     _, expected, _ = kalman_problem(variant, 1.0)
     given = (variant.model, variant.config.wheel_set.broadband, variant.config.weights.process_noise, 0.005)
-    scale = np.sqrt(np.diag(expected))
+    scale, slip = np.sqrt(np.diag(expected)), variant.variant == AS_PUBLISHED
 
-    q = process_covariance(*given, variant.as_published)
+    q = process_covariance(*given, slip)
 
     assert np.abs((q - expected) / np.outer(scale, scale)).max() < 1e-9  # rounding of two exponentials
-    other = process_covariance(*given, not variant.as_published)
+    other = process_covariance(*given, not slip)
     assert np.abs((other - expected) / np.outer(scale, scale)).max() > 1e-3
 
 

@@ -8,6 +8,7 @@ from flexsat.fmu.build import SHELLS, component_resources
 from flexsat.fmu.python.load_matrices import MODEL_FILE
 from flexsat.ports.plant import FASTEST, LARGEST
 from flexsat.runtime import plant as stepper
+from flexsat.variants import VARIANTS
 
 STEPS = 20
 
@@ -16,7 +17,7 @@ STEPS = 20
 def shell(request, centralised, tmp_path_factory):
     """Return a maker of one of the three components of the centralised design, outside an FMU."""
     folder = tmp_path_factory.mktemp(request.param)
-    designs = Designs(corrected=centralised, published=centralised, as_published=centralised)
+    designs = Designs(dict.fromkeys(VARIANTS, centralised))
     (folder / MODEL_FILE).write_bytes(component_resources(designs, request.param)[MODEL_FILE])
     return lambda: SHELLS[request.param](instance_name=request.param, resources=str(folder))
 

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from flexsat.closed_loop import ClosedLoop
 from flexsat.design.chain import Designs
 from flexsat.runtime import controller as stepper
+from flexsat.variants import VARIANTS
 
 DEGREE = np.pi / 180.0
 ARCSECOND = DEGREE / 3600.0
@@ -92,7 +93,7 @@ def test_a_run_begins_where_it_is_and_slews_from_there(centralised):
     start = Rotation.from_rotvec(100.0 * DEGREE * np.array([0.0, 0.6, 0.8]))
     quiet = {"plant": {"initial.mrp": start.as_mrp()}, "sensors": {"jitter.enabled": False},
              "controller": {"command.rotation": (1e-3, 0.0, 0.0), "command.start_time": 0.3}}  # fmt: skip
-    loop = ClosedLoop(Designs(corrected=centralised, published=centralised, as_published=centralised), quiet)
+    loop = ClosedLoop(Designs(dict.fromkeys(VARIANTS, centralised)), quiet)
     recorded = ["plant.attitude.mrp", "controller.reference.mrp", "controller.wheel.torque"]
     signals = loop.run(0.6, recorded, record_ticks=10).signals
     reference = Rotation.from_mrp(signals["controller.reference.mrp"])

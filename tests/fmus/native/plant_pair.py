@@ -11,6 +11,7 @@ from flexsat.runtime import bearing_friction, plant
 from flexsat.runtime.plant_parameters import PlantMatrices
 from flexsat.runtime.prepared_plant import Motion
 from flexsat.runtime.turning.state import turned_state
+from flexsat.variants import chosen_by
 from fmus.native.twin import Twin
 
 TYPES = {"real": float, "integer": int, "boolean": bool}
@@ -22,7 +23,7 @@ class PlantPair:
     def __init__(self, library: Path, variants: Mapping[str, PlantMatrices], step: float = 1e-3, **values: Any) -> None:
         self.ports = interface.ports(variants["corrected"])
         self.native = Twin(library, self.ports, **values)
-        matrices = variants["as_published" if self.value("as_published") else "corrected"]
+        matrices = variants[chosen_by(self.value).name]
         self.matrices = interface.simulated(matrices, self.value)
         self.parameters = interface.parameters(self.matrices, self.value)
         self.motion = self.at_angles()

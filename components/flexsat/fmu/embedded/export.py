@@ -7,10 +7,11 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from ...controller_weights import VARIANTS, ControllerDesign
+from ...controller_weights import ControllerDesign
 from ...ports.controller import ports
 from ...ports.table import PortTable
 from ...runtime.controller_parameters import ControllerMatrices
+from ...variants import VARIANTS
 from ..native.matrix_source import matrix_sources
 from ..native.port_source import port_places
 from ..native.sources import INCLUDE, c_files
@@ -42,7 +43,8 @@ def controller_files(
     precision : of the numbers of a step
     """
     table = PortTable(ports(matrices))
-    data = matrix_sources("controller", dict.fromkeys(VARIANTS, matrices))  # one set of arrays, whichever is chosen
+    names = [variant.name for variant in VARIANTS]  # one set of arrays, whichever is chosen
+    data = matrix_sources("controller", dict.fromkeys(names, matrices))
     about = f"The flight controller of the {configuration} layout, {design} design, in {precision}s."
     sizes = sizes_of(matrices, BYTES[precision])
     identity = hashlib.sha256("".join([precision, configuration, design, data["data.c"]]).encode()).digest()[:8]

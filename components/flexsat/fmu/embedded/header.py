@@ -8,11 +8,12 @@ from typing import Literal
 
 from ...ports.table import Port, PortTable
 from ...runtime.controller_parameters import DURING_SLEW, GUIDANCES
+from ...variants import VARIANT_PORT
 
 Precision = Literal["double", "float"]
 PRECISIONS: tuple[Precision, ...] = ("double", "float")
 CHOICES = {"slew.guidance": GUIDANCES, "command.during_slew": DURING_SLEW}  # parameters that are texts in an FMU
-FIXED = ("as_published", "design")  # parameters of the FMU that the export settles
+FIXED = (VARIANT_PORT, "design")  # parameters of the FMU that the export settles
 EXACT = ("star_tracker.mrp", "command.rotation", "command.start_time")  # inputs that are doubles in any case
 LINEAR = ("mrp", "modal.displacement", "rate", "modal.velocity", "wheel.speed")  # the order of a state
 

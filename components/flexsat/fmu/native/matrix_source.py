@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...variants import AS_PUBLISHED, CORRECTED
 from .c_text import double_text, wrapped
 
 
@@ -48,19 +49,19 @@ def matrix_header(component: str, variants: Mapping[str, Any]) -> str:
         f"}} {kind};",
         "",
         *(f"extern const {kind} {component}_{name};" for name in variants),
-        *_as_published(component, variants),
+        *_release(component, variants),
         "",
         "#endif",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _as_published(component: str, variants: Mapping[str, Any]) -> list[str]:
-    """Return whether there are matrices as published; the others stand for them, and no run may choose them."""
-    has = "as_published" in variants
+def _release(component: str, variants: Mapping[str, Any]) -> list[str]:
+    """Return whether there are matrices of a release; the others stand for them, and no run may choose them."""
+    has = AS_PUBLISHED.name in variants
     return [
         f"enum {{ HAS_AS_PUBLISHED = {int(has)} }};",
-        *([] if has else [f"#define {component}_as_published {component}_corrected"]),
+        *([] if has else [f"#define {component}_{AS_PUBLISHED.name} {component}_{CORRECTED.name}"]),
     ]
 
 

@@ -8,7 +8,7 @@ from typing import IO, TypeVar
 
 import numpy as np
 
-from ...controller_weights import Variant
+from ...variants import CORRECTED, Variant
 
 T = TypeVar("T")
 
@@ -16,7 +16,7 @@ MODEL_FILE = "model.npz"
 COST = "cost"  # in the names of arrays that no component reads: what a run of the controller is evaluated with
 
 
-def load_matrices(path: Path | IO[bytes], kind: type[T], variant: Variant = "corrected") -> T:
+def load_matrices(path: Path | IO[bytes], kind: type[T], variant: Variant = CORRECTED) -> T:
     """Return a frozen set of matrices from a file or its content; scalars are Python numbers.
 
     Raises
@@ -27,11 +27,9 @@ def load_matrices(path: Path | IO[bytes], kind: type[T], variant: Variant = "cor
     with np.load(path) as archive:
         values = {}
         for item in fields(kind):  # type: ignore[arg-type]  # every set is a dataclass
-            name = f"{variant}.{item.name}"
-            if name not in archive and variant == "as_published":
-                raise ValueError("as_published: this spacecraft has no published release; set it to false")
+            name = f"{variant.name}.{item.name}"
             if name not in archive:
-                raise ValueError(f"{MODEL_FILE}: no array {name!r}; build the FMU again")
+                raise ValueError(variant.lacking(name, MODEL_FILE))
             array = archive[name]
             values[item.name] = array.item() if array.ndim == 0 else array
     return kind(**values)

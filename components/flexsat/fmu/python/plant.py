@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...controller_weights import Variant
 from ...parameters import RUN_DURATION
 from ...ports import plant as interface
 from ...ports.table import Port
@@ -14,6 +13,7 @@ from ...runtime import bearing_friction, plant
 from ...runtime.named_state import NamedValues
 from ...runtime.plant_parameters import PlantMatrices
 from ...runtime.turning.state import turned_state
+from ...variants import chosen_by
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 from .port_values import AnyArray
@@ -37,8 +37,7 @@ class Plant(ComponentSlave):
     def start(self) -> None:
         """Draw the random initial values, and make the state."""
         path = self.resource(MODEL_FILE)
-        variant: Variant = "as_published" if self.value("as_published") else "corrected"
-        self._matrices = interface.simulated(load_matrices(path, PlantMatrices, variant), self.value)
+        self._matrices = interface.simulated(load_matrices(path, PlantMatrices, chosen_by(self.value)), self.value)
         self._parameters = interface.parameters(self._matrices, self.value)
         at_angles = interface.at_present_angles(self._matrices, self.value)
         self._motion = plant.prepare_motion(at_angles, self._parameters, fixed_order=self.fixed_order)

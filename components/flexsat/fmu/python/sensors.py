@@ -7,12 +7,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ...controller_weights import Variant
 from ...parameters import RUN_DURATION
 from ...ports import sensors as interface
 from ...ports.table import Port
 from ...runtime import sensors
 from ...runtime.sensor_parameters import SensorMatrices
+from ...variants import chosen_by
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
@@ -34,8 +34,7 @@ class Sensors(ComponentSlave):
     def start(self) -> None:
         """Sample the filter for step_size, and make the state."""
         path = self.resource(MODEL_FILE)
-        variant: Variant = "as_published" if self.value("as_published") else "corrected"
-        self._matrices = load_matrices(path, SensorMatrices, variant)
+        self._matrices = load_matrices(path, SensorMatrices, chosen_by(self.value))
         self.fixed_step = self.value("step_size") or None
         self._sensors = self.in_use(sensors.prepare(interface.parameters(self._matrices, self.value)))
         self.state = sensors.init(self._sensors)

@@ -13,6 +13,7 @@ from lockstep.errors import InputError
 
 if TYPE_CHECKING:
     from flexsat.parameters import ConfigurationName
+    from flexsat.variants import Variant
     from lockstep.system.component import Value
     from lockstep.system.system import System
 
@@ -36,6 +37,19 @@ seed_option = click.option("--seed", type=WHOLE_NUMBER, metavar="N",
 python_option = click.option(
     "--python", is_flag=True, help="with the FMUs in Python (default: the native ones, where they are built)"
 )
+
+
+def variant_option(help_text: str) -> Decorator:
+    """Return the option that chooses the release's variant, in place of the corrected one."""
+
+    def variant(_context: click.Context, _option: click.Parameter, released: bool) -> Variant:
+        from flexsat.variants import AS_PUBLISHED, CORRECTED
+
+        return AS_PUBLISHED if released else CORRECTED
+
+    return click.option("--as-published", "variant", is_flag=True, callback=variant, help=help_text)
+
+
 SETTLED_HELP = "evaluate from this time in seconds (default: settled after a slew; else 150, or half of a short run)"
 
 

@@ -36,7 +36,11 @@ def filter_covariance(design: Design, fine: bool) -> FilterCovariance:
     tracker = config.noise.star_tracker_fine if fine else config.noise.star_tracker_coarse
     variance = measurement_noise(model, config.noise, tracker, config.gyro_noise)
     disturbance = process_covariance(
-        model, config.wheel_set.broadband, config.weights.process_noise, config.rates.controller, design.as_published
+        model,
+        config.wheel_set.broadband,
+        config.weights.process_noise,
+        config.rates.controller,
+        design.variant.broadband_through_torques,
     )
     covariance = estimator.covariance
     predicted, corrected, innovations = [], [], []

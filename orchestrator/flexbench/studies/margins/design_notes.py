@@ -10,6 +10,7 @@ from flexsat.arrays import Array, Flags
 from flexsat.design.chain import Designs
 from flexsat.parameters import CONTROLLER_DESIGNS
 from flexsat.spacecraft.properties import mode_table
+from flexsat.variants import OF_DESIGN
 
 from .real_plant import Corner, Plants, stability
 
@@ -22,7 +23,7 @@ def design_notes(designs: Designs) -> Iterator[str]:
     Both star trackers' gains count, without delays. Poles that no weight moves decay by the damping of their modes.
     """
     for name in CONTROLLER_DESIGNS:
-        design = designs.flown(False, name)
+        design = designs.variant(OF_DESIGN[name])
         plants, corner = Plants(design), Corner(modes=design.structure.mode_count)
         worst = max((stability(plants, corner, fine) for fine in (False, True)), key=lambda one: one.growth)
         if worst.stable:

@@ -11,10 +11,10 @@ import numpy as np
 from flexsat.arrays import Array
 from flexsat.closed_loop import port_values
 from flexsat.design.chain import Design
-from flexsat.parameters import ControllerDesign
 from flexsat.ports import plant as plant_ports
 from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
 from flexsat.spacecraft.variation import ModelErrors, dispersed, with_angles
+from flexsat.variants import VARIANT_PORT, chosen_by
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value
@@ -152,10 +152,10 @@ def _design(system: System, plant: str, controller: str, overrides: Mapping[str,
         return None
     designs = designs_for(parts.configuration, parts.plant.source)
     of_plant, of_controller = (_given(system, part, overrides) for part in (plant, controller))
-    chosen: ControllerDesign = "published" if of_controller.get("design") == "published" else "robust"
-    if of_plant.get("as_published") and "as_published" not in designs.variants:
-        raise InputError(f"{plant}.as_published: nothing of {parts.configuration} was published; set it to false")
-    return designs.flown(bool(of_plant.get("as_published")), chosen)
+    variant = chosen_by(of_plant.get, of_controller.get("design"))
+    if variant not in designs.variants:
+        raise InputError(f"{plant}.{VARIANT_PORT}: nothing of {parts.configuration} was published; set it to false")
+    return designs.variant(variant)
 
 
 def _flown(design: Design, given: Mapping[str, Value]) -> tuple[Spacecraft, int, bool]:
@@ -166,7 +166,8 @@ def _flown(design: Design, given: Mapping[str, Value]) -> tuple[Spacecraft, int,
     values = port_values("plant", ports, parameters)
     angles, structure = values.get(plant_ports.ANGLE, design.plant.turn_angle), design.structure
     if not np.array_equal(angles, design.plant.turn_angle):
-        structure = build_spacecraft(with_angles(design.config, angles.tolist()))
+        turned = with_angles(design.config, angles.tolist())
+        structure = build_spacecraft(turned, turned.release_for(design.variant))
     real = dispersed(
         structure,
         values["dispersion.frequency"],

@@ -12,7 +12,7 @@ from lockstep.results.read_run_record import read_run_record
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters
-from .published import Variant
+from .published import FLOWN, Variant
 from .table import Failed, Key, Results, as_csv, as_json, as_markdown, as_text
 
 LOST_BY = 20.0  # s: the published design is at the limits of the wheels within one
@@ -50,7 +50,7 @@ def _scenarios(variant: Variant) -> tuple[ScenarioName, ...]:
 
 def run_overrides(scenario: ScenarioName, variant: Variant, seed: int) -> dict[str, Value | str]:
     """Return what a run of the study sets."""
-    set_by_scenario = scalar_overrides(scenario_parameters(scenario, as_published=variant == "as_published", seed=seed))
+    set_by_scenario = scalar_overrides(scenario_parameters(scenario, FLOWN[variant], seed))
     design = {"controller.design": "published"} if variant == "published_design" else {}
     return {**set_by_scenario, **design}
 

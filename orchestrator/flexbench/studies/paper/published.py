@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from flexsat import variants
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
 
@@ -27,6 +28,12 @@ TITLES: Mapping[Variant, str] = {
     "as_published": "as published",
     "corrected": "corrected, robust",
     "published_design": "corrected, published design",
+}
+JUDGED: Variant = "as_published"  # against the paper
+FLOWN: Mapping[Variant, variants.Variant] = {
+    "as_published": variants.AS_PUBLISHED,
+    "corrected": variants.CORRECTED,
+    "published_design": variants.PUBLISHED,
 }
 
 

@@ -17,7 +17,7 @@ from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
 from lockstep.plain_table import plain_lines
 
-from .published import REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Variant
+from .published import JUDGED, REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Variant
 
 Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
 FAILED = "failed"  # in a cell whose runs did
@@ -105,7 +105,7 @@ def number(value: float) -> str:
 
 def against_published(row: PaperRow, results: Results, name: ConfigurationName) -> str:
     """Return the deviation of the variant as published from the paper, and the standard deviation of one seed."""
-    cell = results.cell(row, "as_published", name)
+    cell = results.cell(row, JUDGED, name)
     if cell is None:
         return "-"
     published = row.published_for(name)
@@ -118,7 +118,7 @@ def one_seed_scatter(row: PaperRow, name: ConfigurationName, cell: Cell) -> floa
     """Return the standard deviation of one seed as published: of these runs if there are enough, else as stored."""
     if cell.deviation is not None and cell.count >= ENOUGH:
         return cell.deviation
-    stored = _stored_scatter().get(f"{row.label} | as_published | {name}")
+    stored = _stored_scatter().get(f"{row.label} | {JUDGED} | {name}")
     return stored["standard_deviation"] if stored else None
 
 
@@ -134,7 +134,7 @@ def header(results: Results) -> list[str]:
     columns = ["row", "unit", "published"]
     for variant in results.variants:
         columns.append(TITLES[variant])
-        if variant == "as_published":
+        if variant == JUDGED:
             columns.append("deviation")
     return columns + ([TITLES["published_design"]] if results.lost else [])
 
@@ -148,7 +148,7 @@ def lines(results: Results, name: ConfigurationName) -> list[list[str]]:
             cell = results.cell(row, variant, name)
             lacking = results.lacks((variant, name, row.scenario))
             line.append(cell.text if cell else FAILED if lacking else "-")
-            if variant == "as_published":
+            if variant == JUDGED:
                 line.append(against_published(row, results, name))
         if results.lost:
             times = results.lost.get(name) if row.scenario == "fine_pointing" else None
@@ -166,7 +166,7 @@ def footnotes(results: Results) -> list[str]:
     notes += [f"Failed, and in no number: {one.text}." for one in results.failed]
     if results.duration != RUN_DURATION:
         notes.append(f"Costs and settling refer to runs of {RUN_DURATION:g} s and are not shown.")
-    if "as_published" in results.variants:
+    if JUDGED in results.variants:
         notes.append("Deviation: of as published from published ± standard deviation of one seed, from six seeds.")
     if results.lost:
         notes.append(
@@ -242,7 +242,7 @@ def as_json(results: Results) -> str:
                 "published": row.published_for(name),
                 "mean": cell.mean,
                 "standard_deviation": cell.deviation,
-                "deviation": against_published(row, results, name) if variant == "as_published" else None,
+                "deviation": against_published(row, results, name) if variant == JUDGED else None,
             }
             for row, variant, name, cell in numbers(results)
         ],

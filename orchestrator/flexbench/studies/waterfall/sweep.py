@@ -18,6 +18,7 @@ from flexsat.arrays import Array
 from flexsat.design.chain import Design
 from flexsat.parameters import RPM
 from flexsat.spacecraft.campbell_crossings import modal_frequencies
+from flexsat.variants import CORRECTED, VARIANT_PORT, Variant
 from lockstep import InputError, load_system, read_signals
 
 from ...engine.jobs import Job, run_jobs
@@ -143,22 +144,26 @@ def _overrides(design: Design, speed: float, seed: int) -> dict[str, Any]:
         "plant.initial.random_wheel_phases": True,
         "sensors.jitter.enabled": True,
         "controller.open_loop": True,
-        **{f"{component}.as_published": design.as_published for component in ("plant", "sensors", "controller")},
+        **{
+            f"{component}.{name}": value
+            for component in ("plant", "sensors", "controller")
+            for name, value in design.variant.switch.items()
+        },
         **{f"controller.command.rotation[{axis}]": 0.0 for axis in (1, 2, 3)},
     }
 
 
-def design_of(system: Path, as_published: bool = False) -> Design:
-    """Return the design of a system of flexsat, or that as published; raise InputError for any other."""
+def design_of(system: Path, variant: Variant = CORRECTED) -> Design:
+    """Return the design of a system of flexsat; raise InputError for any other, or a variant that there is not."""
     parts = loop_parts(load_system(system))
     if parts is None:
         raise InputError(
             f"{system}: not a system of flexsat; `flexsat build` writes fmus/<configuration>/<scenario>.ssd"
         )
     designs = designs_for(parts.configuration, parts.plant.source)
-    if as_published and "as_published" not in designs.variants:
+    if variant not in designs.variants:
         raise InputError(f"{system}: nothing of {parts.configuration} was published; leave out --as-published")
-    return designs.as_published if as_published else designs.corrected
+    return designs.variant(variant)
 
 
 def measure(folder: Path, design: Design, stop: float) -> tuple[Array, Array, float]:
@@ -184,7 +189,7 @@ def write_waterfall(result: Waterfall, design: Design, folder: Path) -> None:
     by_wheel = [crossing_deformation(design, crossing) for crossing in result.crossings]
     content = {
         "configuration": result.configuration,
-        "as_published": design.as_published,
+        **design.variant.switch,
         "seed": result.seed,
         "stop": result.stop,
         "fmus": result.fmus,
@@ -214,7 +219,7 @@ def crossing_deformation(design: Design, crossing: Crossing) -> float | None:
 
 _SHAPE = {
     "configuration": "text",
-    "?as_published": "flag",
+    f"?{VARIANT_PORT}": "flag",
     "seed": "number",
     "stop": "number",
     "speed_rpm": ["number"],

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from flexsat.variants import CORRECTED, chosen_by
+
 HEADER = ("speed [rpm]", "mode", "allowed for wheels", "linear deformation there [µm]")
 
 
@@ -25,9 +27,10 @@ def flagged_rows(content: Mapping[str, Any]) -> list[tuple[str, ...]]:
 def summary(content: Mapping[str, Any]) -> str:
     """Return the sweep in a sentence."""
     speeds, flagged = content["speed_rpm"], flagged_rows(content)
-    published = ", as published" if content.get("as_published") else ""
+    variant = chosen_by(content.get)
+    which = "" if variant == CORRECTED else f", {variant.label}"
     return (
-        f"{content['configuration']}{published}, seed {content['seed']}: {len(speeds)} runs of {content['stop']:g} s"
+        f"{content['configuration']}{which}, seed {content['seed']}: {len(speeds)} runs of {content['stop']:g} s"
         f" from {speeds[0]:.0f} to {speeds[-1]:.0f} rpm, all wheels at one speed, loop open. The first harmonic meets"
         f" {len(content['crossings'])} modes, {len(flagged)} of them inside an allowed band."
     )

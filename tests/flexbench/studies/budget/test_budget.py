@@ -187,7 +187,7 @@ def test_bad_windows_levels_and_starts_are_refused():
         compute_budget(constant_history(), Windows(window=0.015))
     with pytest.raises(InputError, match=r"level 1\.0"):
         compute_budget(constant_history(), Windows(), (1.0,))
-    run = Run(folder=Path("there"), configuration="centralised", as_published=False, slew=False, seed=1)
+    run = Run(folder=Path("there"), configuration="centralised", slew=False, seed=1)
     time = np.arange(2000) * 0.1
     assert since_default(run, time, None)[0] == 150.0
     assert since_default(run, time[:1000], None)[:2] == (pytest.approx(50.0), 500)

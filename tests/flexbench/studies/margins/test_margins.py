@@ -23,6 +23,7 @@ from flexsat.spacecraft.variation import with_modes
 from flexsat.structure import modes as structure
 from flexsat.structure.kirchhoff_plate import assemble
 from flexsat.structure.mesh import Mesh, polar
+from flexsat.variants import AS_PUBLISHED
 
 PERIOD = 0.1  # s, of the small loops
 DATA = Path(__file__).parents[5] / "shared" / "data" / "cachim_antenna_fem.npz"
@@ -257,7 +258,7 @@ def test_delay_margin_with_the_authors_matrices_as_published(monkeypatch, reques
     )  # the authors' inner sites are up to 7 cm from those of flexsat
     forget_designs()
     request.addfinalizer(forget_designs)  # what is built here is nobody else's
-    loop = DesignedLoop(design=build_design(with_modes(configuration(name, "published"), 25), as_published=True))
+    loop = DesignedLoop(design=build_design(with_modes(configuration(name, "published"), 25), AS_PUBLISHED))
     printed = 5e-5  # PHYSICS section 6 gives a tenth of a millisecond
     assert loop.at(margin - printed).radius() < 1.0 < loop.at(margin + printed).radius()
 

@@ -333,7 +333,7 @@ def test_table_lists_the_lower_gain_margin_before_the_upper_one(content):
 
 def test_the_report_shows_the_study_of_a_run(content, tmp_path):
     (tmp_path / FILE).write_text(json.dumps(content))
-    run = Run(folder=tmp_path, configuration="centralised", as_published=False, slew=False, seed=1)
+    run = Run(folder=tmp_path, configuration="centralised", slew=False, seed=1)
     blocks = section(run)
     assert [type(block) for block in blocks] == [Heading, Paragraph, Table, Table, Picture, Picture, Picture]
     assert set(margin_figures(content, COHERENT)) == {"nichols", "sensitivity", "coherence"}

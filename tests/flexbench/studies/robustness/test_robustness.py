@@ -114,7 +114,7 @@ def made_run(torque):
     for name in ("plant.attitude.mrp", "controller.reference.mrp"):
         columns |= {f"{name}[{axis}]": zero for axis in (1, 2, 3)}
     signals = Signals(time=0.005 * np.arange(len(torque)), columns=columns, units={}, descriptions={})
-    return Run(folder=Path(), configuration="centralised", as_published=False, slew=False, seed=1), signals
+    return Run(folder=Path(), configuration="centralised", slew=False, seed=1), signals
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from flexbench.studies.waterfall.tables import flagged_rows
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import RPM
 from flexsat.spacecraft.campbell_crossings import modal_frequencies
+from flexsat.variants import AS_PUBLISHED
 from lockstep import read_signals
 
 
@@ -123,7 +124,7 @@ def test_a_sweep_as_published_flies_25_modes_and_is_named_so(tmp_path: Path, del
     assert "centralised, as published, seed 1:" in capsys.readouterr().out
     content = json.loads((tmp_path / "out" / "waterfall.json").read_text())
     assert content["as_published"]
-    published = build_designs("centralised").as_published
+    published = build_designs("centralised").variant(AS_PUBLISHED)
     assert_allclose(content["linear_prediction_rms_m"], predict(published, np.array([340.0, 360.0]) * RPM), rtol=1e-9)
     shape = read_signals(tmp_path / "out" / "speed-0340.00rpm")["plant.modal.displacement"]
     assert np.any(shape[:, 24])

@@ -24,6 +24,7 @@ from flexsat.fmu.documentation.port_rows import name_range
 from flexsat.fmu.documentation.reference_results import reference_files, run_experiments
 from flexsat.fmu.documentation.terminals import TERMINALS, terminals_of
 from flexsat.ports.table import Port, PortTable
+from flexsat.variants import VARIANTS
 
 COMPONENTS = tuple(PORTS)
 
@@ -177,7 +178,7 @@ def test_licences_name_every_file_that_travels():
 @pytest.fixture(scope="session")
 def resources(centralised):
     """Return the resources of each component; the published variant is not asked for here."""
-    designs = Designs(corrected=centralised, published=centralised, as_published=centralised)
+    designs = Designs(dict.fromkeys(VARIANTS, centralised))
     return {component: component_resources(designs, component) for component in COMPONENTS}
 
 

@@ -13,12 +13,12 @@ import pytest
 
 from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import plant_matrices
-from flexsat.parameters import PUBLISHED_MODES
 from flexsat.ports import plant as plant_ports
 from flexsat.ports.table import Port
 from flexsat.runtime.plant_parameters import PlantMatrices
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.spacecraft.variation import with_modes
+from flexsat.variants import AS_PUBLISHED, CORRECTED
 from fmus.native.matrices import compile_with_places, give_matrices
 from fmus.native.native_toy import build_follower, compiler_is_missing
 from fmus.native.plant_pair import PlantPair
@@ -87,14 +87,14 @@ def plants(once: Callable[[str, Make], Path], layout: str) -> dict[str, PlantMat
 def _plants(layout: str) -> dict[str, PlantMatrices]:
     speeds = np.random.default_rng(2)
     variants = {}
-    for name, modes in (("corrected", None), ("as_published", PUBLISHED_MODES)):
-        config = configuration(layout, "robust" if modes is None else "published")
-        craft = build_spacecraft(config if modes is None else with_modes(config, modes), as_published=modes is not None)
+    for variant in (CORRECTED, AS_PUBLISHED):
+        config = configuration(layout, "robust" if variant == CORRECTED else "published")
+        release = config.release_for(variant)
+        craft = build_spacecraft(with_modes(config, release.modes), release)
         nominal = speeds.uniform(20.0, 80.0, craft.wheel_count)
-        flexible = modes is None or config.release is None or config.release.flexible_accelerometers
-        matrices = plant_matrices(craft, nominal, config.rates.plant, flexible)
+        matrices = plant_matrices(craft, nominal, config.rates.plant, release.flexible_accelerometers)
         # wheels of unequal inertia, which the layouts have not
-        variants[name] = replace(
+        variants[variant.name] = replace(
             matrices, wheel_inertia=matrices.wheel_inertia * speeds.uniform(0.5, 1.0, len(nominal))
         )
     return variants

@@ -98,7 +98,7 @@ class Stepper:
 
     def __init__(self, twin: Twin, variants: dict[str, ControllerMatrices]) -> None:
         self.twin, value = twin, value_of(twin)
-        self.matrices = variants[interface.variant(value)]
+        self.matrices = variants[interface.variant(value).name]
         self.prepared = controller.prepare(self.matrices, interface.parameters(self.matrices, value))
         self.state = controller.init(self.prepared, *self._command())
         views = [twin.view(name) for name in MEASURED]

@@ -7,6 +7,7 @@ import pytest
 
 from flexsat.ports import plant as interface
 from flexsat.runtime import plant
+from flexsat.variants import chosen_by
 from fmus.native.twin import Twin
 
 
@@ -34,7 +35,7 @@ def python_says(native, plants):
         return values.copy() if port.size is not None else kinds[port.kind](values[0])
 
     def start():
-        matrices = interface.simulated(plants["as_published" if value("as_published") else "corrected"], value)
+        matrices = interface.simulated(plants[chosen_by(value).name], value)
         plant.prepare(matrices, interface.parameters(matrices, value), 1e-3)
 
     return refusal_of(start)

@@ -8,6 +8,7 @@ import pytest
 from flexsat.design.chain import Designs
 from flexsat.fmu.build import SHELLS, component_resources
 from flexsat.fmu.python.load_matrices import MODEL_FILE
+from flexsat.variants import VARIANTS
 
 TICK, PERIOD = 1e-3, 5e-3  # s
 
@@ -18,7 +19,7 @@ def made(centralised, tmp_path_factory):
     folders = {}
     for name in SHELLS:
         folders[name] = tmp_path_factory.mktemp(name)
-        designs = Designs(corrected=centralised, published=centralised, as_published=centralised)
+        designs = Designs(dict.fromkeys(VARIANTS, centralised))
         (folders[name] / MODEL_FILE).write_bytes(component_resources(designs, name)[MODEL_FILE])
 
     def make(name, start=True, **parameters):
