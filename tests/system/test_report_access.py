@@ -63,6 +63,22 @@ def test_a_dark_screen_draws_in_light_ink_and_paper_in_dark(opened):
     assert page.evaluate(FAULTS) == []
 
 
+HALOS = """() => new Promise((done) => {
+  const pen = CanvasRenderingContext2D.prototype, { strokeText } = pen, found = new Set();
+  pen.strokeText = function (...given) { found.add(this.strokeStyle); return strokeText.apply(this, given); };
+  window.dispatchEvent(new Event("resize"));
+  requestAnimationFrame(() => requestAnimationFrame(() => { pen.strokeText = strokeText; done([...found]); }));
+})"""
+
+
+@pytest.mark.parametrize(("scheme", "paper"), [("light", "rgba(255, 255, 255, 0."), ("dark", "rgba(22, 27, 34, 0.")])
+def test_marks_of_plots_stand_on_the_colour_of_the_page(opened, scheme, paper):
+    page = opened("desktop", scheme)
+
+    (halo,) = page.evaluate(HALOS)
+    assert halo.startswith(paper)
+
+
 def test_the_keyboard_reaches_every_control(opened):
     page = opened("desktop")
     wanted = page.evaluate("""() => [...document.querySelectorAll("button, select, input, a[href], canvas[tabindex]")]

@@ -112,7 +112,7 @@ function drawMark(pen, frame, at, mark) {
   pen.textAlign = "left";
   pen.textBaseline = "top";
   if (!mark.text) return;
-  pen.strokeStyle = "rgba(255, 255, 255, 0.85)"; // so that lines behind do not strike through the text
+  pen.strokeStyle = `${colours().paper}d9`; // so that lines behind do not strike through the text
   pen.lineWidth = 3;
   pen.strokeText(mark.text, at + 3, frame.top + 2);
   pen.fillText(mark.text, at + 3, frame.top + 2);

@@ -27,6 +27,7 @@ from ...engine.pools import LocalPool, settings_of
 from ...engine.tasks import Task
 from ...loop.scenarios import ScenarioName
 from ...runs.json_file import read_json, write_json
+from ..margins.stability_table import Grid
 from ..margins.study import FILE, Settings, curves, read_study, run_study
 from ..margins.system_loop import read_loop
 from .paper import run_overrides
@@ -36,6 +37,7 @@ FOLDER = "margins"  # in that of the study
 SCENARIO: ScenarioName = "fine_pointing"  # whose loop is analysed; the slew has the same with the coarse star tracker
 FIGURES = ("bandwidth", "nichols", "sensitivity", "spillover")  # names, before that of the layout
 AXES = ("x", "y", "z")
+GAINS = (-6.0, 0.0, 6.0)  # dB, of the map of spillover: what is required of the robust design, and nominal
 TITLE = "Margins and spillover"
 HEADER = (
     *("layout", "design", "modes of the plant", "up to [Hz]", "loop", "gain [dB]", "phase [deg]", "delay [ms]"),
@@ -49,6 +51,7 @@ EXPLANATION = (
     " design is unstable. Last column: the bandwidth, as the highest frequency at which the gain of a body axis'"
     " loop is 1."
 )
+LONGEST = 7200.0  # s, of one analysis, which shows no progress: a minute of an idle machine
 _DONE = "job.json"  # in a loop's folder, once it is complete: what it depends on
 
 
@@ -92,7 +95,8 @@ def analyse_loop(system: Path, folder: Path, overrides: Mapping[str, Value]) -> 
             return
     except (InputError, AttributeError):  # damaged: analysed again
         pass
-    run_study(read_loop(loaded, overrides), folder, Settings(overrides=overrides), analytic_only=True)
+    settings, grid = Settings(overrides=overrides), Grid(gains=GAINS)
+    run_study(read_loop(loaded, overrides), folder, settings, analytic_only=True, grid=grid)
     write_json(folder / _DONE, {"depends_on": mark})
 
 
@@ -115,7 +119,7 @@ def find_margins(
         )
         for number, (name, variant) in enumerate(loops)
     ]
-    pool = LocalPool(settings_of(), processes)
+    pool = LocalPool(settings_of(LONGEST), processes)
     failed = []
     try:
         for outcome in dispatch(tasks, pool):

@@ -113,9 +113,10 @@ def counted(monkeypatch):
     """Replace the analysis; return what was analysed, each with what it was given."""
     found = []
 
-    def study(_, folder, settings, analytic_only=False):
+    def study(_, folder, settings, *, analytic_only, grid):
         folder.mkdir(parents=True, exist_ok=True)
         (folder / FILE).write_text(json.dumps(content(-0.01)))
+        assert grid.gains == (-6.0, 0.0, 6.0)
         found.append((settings.overrides, analytic_only))
 
     monkeypatch.setattr(module, "run_study", study)
