@@ -8,6 +8,7 @@ from math import log
 import numpy as np
 import pytest
 
+from flexbench.engine.pools import settings_of
 from flexbench.report import paper_pages
 from flexbench.report.captions import caption_of
 from flexbench.report.study_table import margin_blocks
@@ -157,7 +158,9 @@ def test_loops_of_other_variants_and_their_figures_do_not_stay(tmp_path):
     assert read_margins(tmp_path) == []
 
 
-def test_a_loop_that_cannot_be_analysed_is_named_and_does_not_stop_the_others(tmp_path):
+def test_a_loop_that_cannot_be_analysed_is_named_and_does_not_stop_the_others(tmp_path, monkeypatch):
+    limits = []
+    monkeypatch.setattr(module, "settings_of", lambda limit: limits.append(limit) or settings_of(limit))
     failed = find_margins(tmp_path / "no-fmus", tmp_path / "study", ["corrected"], 1, processes=1)
 
     assert sorted(line.partition(": ")[0] for line in failed) == [
@@ -165,3 +168,4 @@ def test_a_loop_that_cannot_be_analysed_is_named_and_does_not_stop_the_others(tm
         "margins of distributed, corrected, robust",
     ]
     assert all("no such file" in line for line in failed)
+    assert min(limits) > 600.0  # s: an analysis shows no progress, and a busy machine takes minutes for it
