@@ -35,20 +35,23 @@ from flexsat.variants import AS_PUBLISHED, CORRECTED, Variant
 STOCK = replace(
     configuration("centralised"),
     bus=Bus(mass=100.0, inertia=(60.0, 80.0, 100.0, 2.0, -4.0, 6.0), centre_of_mass=(0.2, -0.1, -1.5)),
-    modes=Modes(plant=40),
+    modes=Modes(plant=20, design=12),
     wheel=replace(configuration("centralised").wheel, speed_limit=600.0, full_torque_speed=100.0),
     speeds=SpeedSelection(points=150),
 )
 OF_RECORD = (("aperture", "tile_side"), ("aperture", "rings"))
-# their own tests change these: files of structures, a table of harmonics, meshes other than that of record
+# their own tests change these: files of structures, a table of harmonics, meshes other than that of record, and what
+# has an effect where speeds avoid crossings alone
 NOT_HERE = (
+    ("speeds", "clearance"),
+    ("speeds", "crossing_response"),
     ("appendages",),
     ("wheel", "harmonics"),
     ("aperture", "mesh"),
     ("aperture", "refinements"),
     ("aperture", "support"),
 )
-CHOICES = ("design_by", "mesh", "support", "gyroscopic")
+CHOICES = ("design_by", "mesh", "support", "gyroscopic", "avoid_crossings")
 WORDS = (("name",), ("layout",))  # in names of files and models, and in documentation
 FACTORS = (1.05, 1.3, 2.0, 0.5)  # a choice among discrete speeds may survive a small change
 

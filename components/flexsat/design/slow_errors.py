@@ -9,10 +9,11 @@ these would follow the noise of the sensors.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, make_read_only
 from ..description.configuration import Configuration
 from ..fixed_order import inverse, product, solve
 from ..slow_errors import ATTITUDE, BIASES, RATE, TORQUE
@@ -42,6 +43,9 @@ class SlowFilter:
     between: Array  # (k, g): of the gyros' at the other steps, the mean over these
     covariance: Array  # (k, k): of the error, predicted for a sample; 0 for what is not estimated
 
+    def __post_init__(self) -> None:
+        make_read_only(self)
+
 
 def design_slow_filter(
     inertia: Array, gyro_axis: Array, noise: SlowNoise, period: float, phases: int, choice: tuple[bool, bool]
@@ -58,8 +62,19 @@ def design_slow_filter(
     choice : whether the torque and the biases are estimated
 
     Where the torque is not, it is unknown: the gyros alone give the rate, as in the estimator of Farrenkopf (1978),
-    Journal of Guidance and Control 1(4), 282-284, with as many gyros as there are.
+    Journal of Guidance and Control 1(4), 282-284, with as many gyros as there are. It is kept: a third of a
+    design's time goes into it, and designs that differ in modes, wheels or the regulator's weights share it.
     """
+    axes, matrix = (np.ascontiguousarray(each, np.float64).tobytes() for each in (gyro_axis, inertia))
+    return _steady_filter(matrix, axes, noise, period, phases, choice)
+
+
+@lru_cache(maxsize=24)  # of two configurations, with both star trackers
+def _steady_filter(
+    inertia_bytes: bytes, axis_bytes: bytes, noise: SlowNoise, period: float, phases: int, choice: tuple[bool, bool]
+) -> SlowFilter:
+    """Return the filter for the bytes of `inertia` and `gyro_axis`, which can be compared."""
+    inertia, gyro_axis = (np.frombuffer(each, np.float64).reshape(-1, 3) for each in (inertia_bytes, axis_bytes))
     gyros = len(gyro_axis)
     model, disturbance, seen = _model(inertia, gyro_axis, noise, period, choice)
     size = len(model)

@@ -21,7 +21,7 @@ from ..arrays import Array, Complex, Flags, make_read_only
 from ..fixed_order import inverse, product
 from .zero_order_hold import transition, transition_and_half
 
-WORST_CONDITION = 1e6  # of the eigenvectors: six digits are lost
+WORST_CONDITION = 1e6  # of the eigenvectors, by the root of the sum of squares: six digits are lost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,9 +158,12 @@ def _free_modes(effective: Array, frequency: Array, damping: Array) -> FreeModes
     pairs, alone = np.flatnonzero(value.imag > 0.0), np.flatnonzero(value.imag == 0.0)
     firsts, seconds = alone[::2], alone[1::2]
     basis = np.hstack([vector[:, pairs].real, vector[:, firsts].real, vector[:, pairs].imag, vector[:, seconds].real])
-    if not np.linalg.cond(basis) < WORST_CONDITION:
+    try:
+        back = np.linalg.inv(basis)
+    except np.linalg.LinAlgError:
         return None
-    back = np.linalg.inv(basis)
+    if not np.linalg.norm(basis) * np.linalg.norm(back) < WORST_CONDITION:
+        return None
     return FreeModes(
         eigenvalue=np.array(
             [
