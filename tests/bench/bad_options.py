@@ -61,7 +61,7 @@ WITHIN = {
 def bases(fmus: Path, results: Path, files: Path) -> dict[str, list[str]]:
     """Return a command line of each command that is good, and short where it runs."""
     system, opened = (
-        str(fmus / "centralised" / f"{name}.ssd") for name in ("fine_pointing", "fine_pointing_open_loop")
+        str(fmus / "centralised/native" / f"{name}.ssd") for name in ("fine_pointing", "fine_pointing_open_loop")
     )
     controller, run = str(fmus / "centralised/native/controller.fmu"), str(results)
     short = ["--stop-time", "0.1"]
@@ -148,7 +148,7 @@ def answer(label: str, words: list[str], limit: int = SECONDS) -> tuple[int, str
         )
 
 
-def judge(option: str, code: int, out: str, err: str) -> str:
+def judge(option: str, given: str, code: int, out: str, err: str) -> str:
     """Return what is wrong with an answer: empty if nothing is, `ran` if the value was accepted."""
     lines = err.strip().splitlines()
     if "Traceback" in err or code in (70, 99):
@@ -161,8 +161,14 @@ def judge(option: str, code: int, out: str, err: str) -> str:
         return "printed first"
     if len(lines) != 1:
         return f"{len(lines)} lines"
-    words = option.removeprefix("--").replace("-", " ")
-    return "" if option in lines[0] or lines[0].startswith(f"{lines[0].split()[0]} {words} ") else "no option named"
+    words = option.removeprefix("--").replace("-", " ")  # "record period 0.1 s: ..." names it too
+    return "" if option in lines[0] or words in lines[0] or _key(given) in lines[0] else "no option named"
+
+
+def _key(given: str) -> str:
+    """Return the variable of C.P=V, which names it, or a text that is in no message."""
+    key = given.partition("=")[0]
+    return f"{key}: " if "." in key.strip(".") else "\0"
 
 
 def prepare(fmus: Path, folder: Path) -> Path:
@@ -204,7 +210,7 @@ def main() -> int:
                     continue
                 for words in values(option):
                     code, out, err = answer(label, [name, *base, *words])
-                    wrong = judge(words[0], code, out, err)
+                    wrong = judge(words[0], words[1], code, out, err)
                     calls += 1
                     findings += wrong not in ("", "ran")
                     if wrong:

@@ -80,6 +80,6 @@ def test_the_command_shows_and_draws_it(tmp_path, fmus, flexsat):
     wrong = flexsat("run", folder, "--step-size", "controller=0.01", "--out", tmp_path / "no")
     assert wrong.returncode == 2
     assert wrong.stderr == (
-        "flexsat: controller: no such component; there are plant, aocs/sensors, aocs/controller; "
-        "did you mean aocs/controller?\n"
+        "flexsat: --step-size controller=0.01: controller: no such component; "
+        "there are plant, aocs/sensors, aocs/controller; did you mean aocs/controller?\n"
     )

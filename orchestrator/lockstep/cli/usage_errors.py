@@ -51,7 +51,7 @@ def with_option_named(message: str, context: click.Context) -> str:
         for parameter in context.command.params
         if isinstance(parameter, click.Option)
         for text in _texts(context.params.get(str(parameter.name)))
-        if name == text or name in re.split("[=:]", text)
+        if name == text or (name in re.split("[=:.]", text) and "." not in name)  # C.P=V: the message has all of C.P
     }
     if len(given) != 1:  # none, or it may be either
         return message

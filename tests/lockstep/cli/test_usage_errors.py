@@ -172,6 +172,8 @@ def test_examples_are_printed_as_they_are_with_the_name_of_the_program(program, 
         (": no such component; there are a, b", "--sampled '': no such component; there are a, b"),
         ("both: no such component; there are a, b", "both: no such component; there are a, b"),  # of which option?
         ("c: no such component; there are a, b", "c: no such component; there are a, b"),  # of a file
+        ("d: no such component; there are a, b", "--set d.gain=1: d: no such component; there are a, b"),
+        ("d.gain: no such parameter; d has g", "d.gain: no such parameter; d has g"),  # as it was given
         ("ghost: must not be there", "ghost: must not be there"),
     ],
 )
@@ -179,11 +181,13 @@ def test_the_option_that_gave_a_wrong_name_is_named(capsys, message, line):
     @command("show", "", tables=True)
     @click.option("--sampled", multiple=True)
     @click.option("--delay", multiple=True)
+    @click.option("--set", "settings", multiple=True)
     def show(**_):
         raise InputError(message)
 
     group = Program("lockstep", {}, label="lockstep", description="", epilog="")
     group.get_command = lambda *_: show
     words = ["--sampled", "ghost", "--sampled", "both", "--sampled", "", "--delay", "x:b=1", "--delay", "both:b=1"]
+    words += ["--set", "d.gain=1"]
     assert group.run(["show", *words]) == 2
     assert capsys.readouterr().err == f"lockstep: {line}\n"
