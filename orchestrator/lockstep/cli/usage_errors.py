@@ -43,9 +43,10 @@ def with_option_named(message: str, context: click.Context) -> str:
 
     What looks names up does not know which option they come from: it may be any, or a file.
     """
-    name, found, _ = message.partition(": no such ")
+    before, found, _ = message.partition(": no such ")
     if not found:
         return message
+    name = before.rpartition(": ")[2]
     given = {
         (option_name(parameter), text)
         for parameter in context.command.params
@@ -57,7 +58,7 @@ def with_option_named(message: str, context: click.Context) -> str:
         return message
     option, text = given.pop()
     shown = f"{option} {text or repr(text)}"
-    return f"{shown}{message[len(name) :]}" if name == text else f"{shown}: {message}"
+    return f"{shown}{message[len(name) :]}" if before == name == text else f"{shown}: {message}"
 
 
 def _texts(value: object) -> Iterable[str]:

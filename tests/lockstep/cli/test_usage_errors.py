@@ -174,6 +174,7 @@ def test_examples_are_printed_as_they_are_with_the_name_of_the_program(program, 
         ("c: no such component; there are a, b", "c: no such component; there are a, b"),  # of a file
         ("d: no such component; there are a, b", "--set d.gain=1: d: no such component; there are a, b"),
         ("d.gain: no such parameter; d has g", "d.gain: no such parameter; d has g"),  # as it was given
+        ("run 1: ghost: no such component", "--sampled ghost: run 1: ghost: no such component"),
         ("ghost: must not be there", "ghost: must not be there"),
     ],
 )
