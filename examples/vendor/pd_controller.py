@@ -29,7 +29,7 @@ class PdController(Fmi2Slave):
         self.mode = 1  # 0 off, 1 pointing
         self.frequency, self.damping = 0.05, 0.7
         for name in ("q_s", "q_x", "q_y", "q_z"):
-            self._real(name, Fmi2Causality.input, "attitude quaternion, inertial from body")
+            self._real(name, Fmi2Causality.input, "attitude quaternion")
         for name in ("rate_x", "rate_y", "rate_z"):
             self._real(name, Fmi2Causality.input, "body rate [deg/s]")
         for wheel in range(1, 7):

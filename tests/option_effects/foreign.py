@@ -28,6 +28,7 @@ EFFECTS = {
     "flexsat adapt": dict.fromkeys(("--like", "--out"),
                                    _ADAPT + "test_a_draft_becomes_an_adapter_by_what_it_says_it_could_not_decide"),
     "flexsat check-adapter": {
+        "--apply": "tutorials/test_controller_in_the_loop.py::test_controller_in_the_loop_runs_top_to_bottom",
         "--json": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",
         "--adapter": _ADAPT + "test_a_wrong_convention_is_named",
         "--like": _ADAPT + "test_a_controller_that_cannot_be_judged_is_refused_in_one_line",

@@ -82,7 +82,7 @@ REFUSED = {
     "negative noise": (("--set", "sensors.gyro.noise=-1e-7"), ("sensors.gyro.noise", "'-1e-7'", "[0.0, 0.0174")),
     "damping": (("--set", "plant.dispersion.damping[1]=-2"), ("dispersion.damping[1]", "'-2'", "[-1.0, 10.0]")),
     "fast rate": (("--set", "plant.initial.rate[2]=0.5"), ("plant.initial.rate[2]", "'0.5'", "[-0.2, 0.2]")),
-    "negative seed": (("--seed", "-1"), ("plant.seed", "-1", "[0.0, inf]")),
+    "negative seed": (("--seed", "-1"), ("--seed -1", "0 or more")),
     "delay out of range": (("--set", "controller.delay.actuation=0.03"), ("delay.actuation", "'0.03'", "0.02")),
     "output set": (("--set", "plant.rate[1]=1"), ("plant.rate[1]", "output", "parameters and inputs")),
     "record": (("--record", "plant.modal.displacment"), ("'plant.modal.displacment'", "did you mean plant.modal.di")),

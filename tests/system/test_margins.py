@@ -204,6 +204,7 @@ def test_the_command_measures_a_vendors_controller(flexsat, known_system, tmp_pa
         ((), "--amplitude: not known for this plant"),
         (("--amplitude", 1, "--controller", "nobody"), "nobody: no such component; there are controller, plant"),
         (("--analytic-only",), "controller: not a controller of flexsat"),
+        (("--analytic-only", "--set", "plant.nois=1"), "plant.nois: no such parameter; plant has"),
     ],
 )
 def test_bad_input_gets_one_line(flexsat, known_system, tmp_path, options, message):

@@ -15,7 +15,7 @@ from lockstep.cli.command import command
 from lockstep.cli.given_options import refuse_given
 from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option
 from lockstep.cli.outcome import remark, show_table, suggest, wrote
-from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH, WHOLE_NUMBER
+from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH, SEED
 from lockstep.errors import InputError
 
 from .options import DEFAULT_SEED, SETTLED_HELP
@@ -57,7 +57,7 @@ split_options = option_group(
     "split",
     SplitOptions,
     click.option("--split", type=PATH, metavar="SYSTEM", help="instead run a system with one error source at a time"),
-    click.option("--seed", type=WHOLE_NUMBER, default=DEFAULT_SEED, metavar="N",
+    click.option("--seed", type=SEED, default=DEFAULT_SEED, metavar="N",
                  help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
     click.option("--stop-time", type=DURATION, default=300.0, metavar="S",
                  help="with --split: simulated time in seconds (default: 300)"),

@@ -140,6 +140,8 @@ def margins(
     """Determine gain, phase, delay and disk margins: of the design, and measured through the FMUs."""
     from lockstep.adapter.component import replacements, with_replacements
     from lockstep.cli.run_options import folder_name
+    from lockstep.plan.overrides import refuse_unknown
+    from lockstep.plan.schedule import build_schedule
     from lockstep.ssp.load import load_system
 
     from ..figures.drawing import save_figure
@@ -166,6 +168,7 @@ def margins(
         refuse_given(names, "has no effect on the design, which --analytic-only analyses; leave one of them out")
     grid = Grid(modes=modes, gains=gains or GAINS)
     loaded = with_delays(load_system(system), delay)
+    build_schedule(loaded)  # refuses what cannot be stepped
     chosen = choose_fmus([loaded], python)
     loaded = chosen.of(loaded)
     if adapter:
@@ -174,6 +177,8 @@ def margins(
         for name, fmu in replacements(replace, loaded).items():
             loaded = with_controller(loaded, name, fmu)
     overrides = {**seed_overrides(loaded, seed), **assignments(settings)}
+    refuse_unknown(overrides, loaded)  # before the analysis, which takes its time
+    measured = measurement.settings(overrides)
     refuse_missed_samples(loaded, overrides)
     loop = read_loop(loaded, overrides, controller, plant, directions == "channels")
     if slow_period is not None:
@@ -182,7 +187,7 @@ def margins(
     with study_folder(out, default) as folder:
         if not analytic_only:
             print(chosen.text, flush=True)
-        run_study(loop, folder, measurement.settings(overrides), analytic_only, find_delay, _report_progress, grid)
+        run_study(loop, folder, measured, analytic_only, find_delay, _report_progress, grid)
         content = read_study(folder)
         unstable = "stability" in content and content["stability"]["growth"] >= 0.0
         if "stability" in content:

@@ -9,7 +9,7 @@ import click
 from lockstep.cli.command import command
 from lockstep.cli.options import from_option, out_option, results_argument
 from lockstep.cli.outcome import remark, show_table, wrote
-from lockstep.cli.parameter_types import NUMBER
+from lockstep.cli.parameter_types import NUMBER, Number
 
 from .options import SETTLED_HELP
 
@@ -23,7 +23,13 @@ example:
 @results_argument
 @click.option("--resolution", type=NUMBER, metavar="HZ",
               help="noise bandwidth (default: 0.05, coarser for short runs)")  # fmt: skip
-@click.option("--confidence", type=NUMBER, default=0.95, metavar="P", help="of the bounds (default: 0.95)")
+@click.option(
+    "--confidence",
+    type=Number(above=0.0, most=0.999999),
+    default=0.95,
+    metavar="P",
+    help="of the bounds (default: 0.95)",
+)
 @from_option(SETTLED_HELP)
 @out_option("folder for results and figures (default: the run's); of several runs, one folder in it for each")
 def spectra(

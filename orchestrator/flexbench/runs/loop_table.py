@@ -42,6 +42,11 @@ def notes(numbers: LoopNumbers) -> Iterator[str]:
         band = f"{one.band / ARCSECOND:g} arcsec"
         if one.time is None:
             yield f"Not settled: the pointing error is not within {band} to the end of the run after {one.after}."
+        elif one.time == 0.0:
+            yield (
+                f"Settled from {one.after} at {one.since:.4g} s on: the pointing error stays within {band} to the end"
+                " of the run."
+            )
         else:
             yield (
                 f"Settled {one.time:.4g} s after {one.after} at {one.since:.4g} s: the pointing error stays within"

@@ -13,7 +13,7 @@ from pathlib import Path
 from lockstep.adapter.bind import Variables
 from lockstep.array_names import array_of
 from lockstep.fmi.model_description import Variable, read_description
-from lockstep.system.adapter_file import ATTITUDES
+from lockstep.system.adapter_file import ATTITUDES, DIRECTIONS
 from lockstep.system.component import Component
 from lockstep.system.unit_table import UNITS, gain_between
 from lockstep.system.units import Unit
@@ -108,8 +108,14 @@ class _Draft:
                 lines.append(f'scalar = "{"first" if starts[0] == 1.0 else "last"}"')
                 if starts not in ([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]):
                     doubt("scalar", "its start values do not show where the scalar is")
-            lines.append('direction = "body-from-inertial"')
-            doubt("direction", "or inertial-from-body; no model description gives it")
+            described = _described_direction(first)
+            lines.append(f'direction = "{described or DIRECTIONS[0]}"')
+            doubt(
+                "direction",
+                "the FMU declares none; this is in its description"
+                if described
+                else f"or {DIRECTIONS[1]}; the model description does not say",
+            )
             return lines
         if group[0].type == "Boolean":
             lines.append("true = 1")
@@ -224,12 +230,24 @@ def _ignored(array: _Array) -> list[str]:
 
 
 def _described_unit(variable: Variable, wanted: Unit | None) -> str | None:
-    """Return the unit that a description has in brackets, if it measures the same quantity."""
-    for name in re.findall(r"[\[(]([^\])]+)[\])]", variable.description or ""):
+    """Return the unit that a description has, if it measures the same quantity: `[deg/s]`, `in mN.m`, `rate, deg/s`."""
+    for word in re.split(r"[\s,;:()\[\]]+", variable.description or ""):
+        name = word.removesuffix(".")
         with suppress(ValueError):
-            if name.strip() in UNITS and gain_between(wanted, UNITS[name.strip()]):
-                return str(name.strip())
+            if name in UNITS and gain_between(wanted, UNITS[name]):
+                return name
     return None
+
+
+def _described_direction(variable: Variable) -> str | None:
+    """Return the direction of a rotation that a description has in words, if there is one alone."""
+    words = " ".join(re.findall("[a-z]+", (variable.description or "").lower()))
+    found = {
+        direction
+        for direction, (to, start) in zip(DIRECTIONS, (("body", "inertial"), ("inertial", "body")), strict=True)
+        if f"{to} from {start}" in words or f"{start} to {to}" in words
+    }
+    return found.pop() if len(found) == 1 else None
 
 
 def _split(name: str) -> set[str]:

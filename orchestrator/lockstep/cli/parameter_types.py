@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -101,6 +102,20 @@ class SomeOf(click.ParamType[tuple[str, ...]]):
         return tuple(word for word in self._one.choices if word in given)
 
 
+class NetworkAddress(click.ParamType[str]):
+    """Host and port, after a protocol if one is given: what cannot be one is refused without waiting for an answer."""
+
+    name = "address"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the address, or raise UsageError."""
+        text = str(value)
+        match = re.fullmatch(r"(?:[a-z]+://)?(?:\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):([0-9]{1,5})", text)
+        if match is None or not 0 < int(match[1]) < 65536:
+            raise _error(f"'{text}' is no address; write for example tcp://127.0.0.1:8786", param, ctx)
+        return text
+
+
 class Several(click.ParamType[tuple[str | float, ...]]):
     """One value or more, up to the next option; `Command` joins them to one argument."""
 
@@ -126,6 +141,7 @@ def _name(param: click.Parameter | None) -> str:
     return "value" if param is None else option_name(param)
 
 
-PATH = NamedPath()
-NUMBER, WHOLE_NUMBER, COUNT = Number(), WholeNumber(), WholeNumber(1, 1_000_000)
+PATH, NETWORK_ADDRESS = NamedPath(), NetworkAddress()
+NUMBER, COUNT = Number(), WholeNumber(1, 1_000_000)
+SEED = WholeNumber(0, 2**31 - 1)  # an Integer of FMI 2.0
 DURATION = Number(above=0.0, most=9.2e9)  # [s]: the longest time of the master's clock

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 import click
+from click.core import ParameterSource
 from click.exceptions import NoSuchCommand
 
 # options of earlier versions and their names of today, where a command has the latter and not the former
@@ -51,6 +52,7 @@ def with_option_named(message: str, context: click.Context) -> str:
         (option_name(parameter), text)
         for parameter in context.command.params
         if isinstance(parameter, click.Option)
+        and context.get_parameter_source(str(parameter.name)) is ParameterSource.COMMANDLINE
         for text in _texts(context.params.get(str(parameter.name)))
         if name == text or (name in re.split("[=:.]", text) and "." not in name)  # C.P=V: the message has all of C.P
     }

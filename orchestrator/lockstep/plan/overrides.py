@@ -9,6 +9,7 @@ from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import in_unit, parse_value, settable, with_unit
 from lockstep.plain_values import plain_value
+from lockstep.shadow.component import described
 from lockstep.system.component import Value
 from lockstep.system.system import System
 from lockstep.system.transformation import End, transferred
@@ -41,6 +42,13 @@ def resolve_overrides(
             sent = transferred(given, one.unit, feed.hops, target, what)[0]
             found.append((feed.component, variable, parse_value(sent, variable, what)))
     return found
+
+
+def refuse_unknown(overrides: Mapping[str, Override], system: System) -> None:
+    """Raise InputError for an override of a variable that is not there, or with a value that it does not take."""
+    descriptions = {component.name: described(component) for component in system.components}
+    for key, value in overrides.items():
+        resolve_overrides(key, value, system, descriptions)
 
 
 def unfed(component: str, names: Sequence[str], system: System) -> str:

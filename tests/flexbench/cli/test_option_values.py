@@ -16,6 +16,7 @@ from flexsat.variants import AS_PUBLISHED
 from lockstep.cli.options import assignments
 
 FAR = "far.ssd"
+CHECKED = ("lockstep.plan.schedule:build_schedule", "lockstep.plan.overrides:refuse_unknown")
 
 
 class Reached(Exception):
@@ -214,7 +215,7 @@ CALLS = {
         ("margins", FAR),
         "flexbench.studies.margins.study:run_study",
         ("lockstep.ssp.load:load_system", "flexbench.studies.margins.system_loop:read_loop",
-         "flexbench.loop.missed_samples:refuse_missed_samples"),
+         "flexbench.loop.missed_samples:refuse_missed_samples", *CHECKED),
         {
             "--analytic-only": ((), "True, False"),
             "--find-delay": ((), "False, True"),
@@ -236,7 +237,7 @@ CALLS = {
     "margins, its loop": (
         ("margins", FAR),
         "flexbench.studies.margins.system_loop:read_loop",
-        ("lockstep.ssp.load:load_system", "flexbench.loop.missed_samples:refuse_missed_samples"),
+        ("lockstep.ssp.load:load_system", "flexbench.loop.missed_samples:refuse_missed_samples", *CHECKED),
         {
             "--controller": (("law",), "'law'"),
             "--plant": (("truss",), "'truss'"),

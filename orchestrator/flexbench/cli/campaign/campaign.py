@@ -12,6 +12,7 @@ import click
 from lockstep.cli.command import command
 from lockstep.cli.options import jobs_option, out_option, record_option
 from lockstep.cli.outcome import json_path_option
+from lockstep.cli.parameter_types import NETWORK_ADDRESS
 from lockstep.errors import InputError
 
 from .evaluation import rare, report, say
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
 RERUN, REPORT, RARE = "rerun", "report", "rare"
 _EXAMPLES = """
-exit code: 0 all runs are there, also failed ones; 1 a disk is full or a cluster lost; 2 bad input;
-130, 143 ended by Ctrl-C, SIGTERM. The same command goes on where it ended, whatever ended it.
+exit code: 0 all runs are complete, failed ones included; 1 the disk is full or the cluster is lost; 2 bad input;
+130, 143 ended by Ctrl-C, SIGTERM. The same command continues where it ended, whatever ended it.
 
 examples:
   {program} campaign examples/campaigns/short.toml --out results/short
@@ -42,7 +43,12 @@ examples:
                 help="campaign file; `rerun`, the folder of a campaign and the number of a run; `report` and the"
                 " folder; `rare`, a campaign file and an event")  # fmt: skip
 @out_option("folder of the campaign (default: results/NAME of the file); of a repeated run (default: DIR/runs/NUMBER)")
-@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, tcp://HOST:PORT, instead of processes here")
+@click.option(
+    "--scheduler",
+    type=NETWORK_ADDRESS,
+    metavar="ADDRESS",
+    help="Dask scheduler, tcp://HOST:PORT, instead of processes here",
+)
 @jobs_option
 @record_option
 @click.option("--stop-when", metavar="RULE",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lockstep.cli.options import Decorator
-from lockstep.cli.parameter_types import COUNT, PATH, WHOLE_NUMBER
+from lockstep.cli.parameter_types import COUNT, PATH, SEED
 from lockstep.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ spacecraft_option = click.option(
 fmus_option = click.option(
     "--fmus", type=PATH, default="fmus", metavar="DIR", help="folder of the FMUs (default: fmus)"
 )
-seed_option = click.option("--seed", type=WHOLE_NUMBER, metavar="N",
+seed_option = click.option("--seed", type=SEED, metavar="N",
                            help=f"seed of plant and sensors (default: {DEFAULT_SEED})")  # fmt: skip
 python_option = click.option(
     "--python", is_flag=True, help="with the FMUs in Python (default: the native ones, where they are built)"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from lockstep import InputError, System, load_system
+from lockstep.plan.overrides import refuse_unknown
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
@@ -17,6 +18,7 @@ from .replay import MEASURED, replay
 from .statistics import Average
 
 RESULT = "health.json"
+SEEDED = ("plant.seed", "sensors.seed")
 HEADER = ("quantity", "average", "95 % if consistent", "degrees of freedom", "assessment")
 
 
@@ -48,6 +50,10 @@ def run_health(
             f"--stop-time {stop:g}: the first {SETTLED:g} s are not judged; simulate more than {2 * SETTLED:g} s"
         )
     loaded = load_system(system)
+    for name in SEEDED:
+        if name in overrides:
+            raise InputError(f"--set {name}={overrides[name]}: each run has a seed of its own; give --seeds N")
+    refuse_unknown(overrides, loaded)
     chosen = choose_fmus([loaded], python)
     report(chosen.text)
     torque = _torque_source(loaded)
@@ -56,7 +62,7 @@ def run_health(
         Job(
             system=system,
             folder=folder / f"seed{seed}",
-            overrides={**overrides, "plant.seed": seed, "sensors.seed": seed},
+            overrides={**overrides, **dict.fromkeys(SEEDED, seed)},
             stop_time=stop,
             record=patterns,
             metrics=False,

@@ -38,7 +38,10 @@ def loop_channels(system: System, controller: str, plant: str) -> list[Connectio
     found = [c for c in system.connections if (c.from_component, c.to_component) == (controller, plant)]
     found = [c for c in found if c.output not in producer.variables or producer.variables[c.output].type == "Real"]
     if not found:
-        raise InputError(f"{controller} -> {plant}: no such connection, so there is no loop to open; name both ends")
+        raise InputError(
+            f"{controller} -> {plant}: no such connection, so there is no loop to open; name both ends by "
+            "--controller and --plant"
+        )
     return found
 
 

@@ -142,7 +142,8 @@ def test_what_is_wrong_is_refused_in_one_line_and_leaves_no_results(folder, tmp_
         (["report", "out", "--record", "x"], "--record: no effect on `report`"),
         (["rare", "a.toml"], "rare: give a campaign file and an event"),
         (["rare", "a.toml", "x > 1", "--stop-when", "x"], "--stop-when: no effect on `rare`"),
-        (["a.toml", "--jobs", "2", "--scheduler", "tcp://x"], "--jobs: has no effect with --scheduler"),
+        (["a.toml", "--scheduler", "tcp://x"], "--scheduler: 'tcp://x' is no address; write for example tcp://127"),
+        (["a.toml", "--jobs", "2", "--scheduler", "tcp://x:1"], "--jobs: has no effect with --scheduler"),
         (["none.toml"], "none.toml: cannot be read (No such file or directory); give a campaign file"),
     ],
 )

@@ -19,7 +19,7 @@ from flexbench.studies.health.analysis import SETTLED, analyse, measurement_grou
 from flexbench.studies.health.covariance import filter_covariance
 from flexbench.studies.health.replay import Replay, replay
 from flexbench.studies.health.statistics import autocorrelation, average, normalised, portmanteau, whiteness_bound
-from flexbench.studies.health.study import table_rows, write_health
+from flexbench.studies.health.study import run_health, table_rows, write_health
 from flexsat.design.estimator import measurement_noise, process_covariance
 from lockstep import InputError
 
@@ -207,3 +207,9 @@ def test_figure_shows_values_and_bounds(health, tmp_path):
     assert figure.get_suptitle() == "centralised, seed 1"
     svg = save_figure(figure, tmp_path, "estimator-health")[1]
     assert svg.stat().st_size > 1000
+
+
+def test_a_seed_that_the_study_sets_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("flexbench.studies.health.study.load_system", lambda _: None)
+    with pytest.raises(InputError, match=r"--set plant\.seed=7: each run has a seed of its own; give --seeds N"):
+        run_health(tmp_path / "loop.ssd", tmp_path, range(1, 3), 100.0, {"plant.seed": "7"}, 1)
