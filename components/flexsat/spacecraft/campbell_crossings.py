@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from ..arrays import Array, make_read_only
 from .assembly import Spacecraft
@@ -28,6 +27,8 @@ def modal_frequencies(spacecraft: Spacecraft, speed: Array, highest: float = np.
     speed : (k,) [rad/s], of all wheels
     highest : [rad/s]; modes that are slower at rest are returned, computed with those up to REDUCED times as fast
     """
+    from scipy.linalg import eigh  # takes longer to load than a short run takes
+
     stiffness = np.concatenate([np.zeros(RIGID), spacecraft.frequency**2])
     square, shapes = eigh(np.diag(stiffness), spacecraft.mass_matrix)
     at_rest = np.sqrt(square[RIGID:])
