@@ -64,6 +64,9 @@ def main() -> None:
     parser.add_argument("pages", type=Path, nargs="+", metavar="PAGE")
     parser.add_argument("--rounds", type=int, default=3)
     given = parser.parse_args()
+    for path in given.pages:
+        if not path.is_file():
+            parser.error(f"{path}: no such page; `flexsat report` writes one")
     names = ("MB", "elements", "paint", "parsed", "ready", "interactive", "longest", "tasks", "script")
     print(f"{'page; times in ms, tasks and script of the processor':54}" + "".join(f"{name:>12}" for name in names))
     with chromium() as browser:
