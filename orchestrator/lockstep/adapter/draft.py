@@ -59,7 +59,7 @@ class _Draft:
 
     def text(self, fmu: Path, ports: Variables, needed: set[str], component: str) -> tuple[str, list[str]]:
         """Draft the whole file."""
-        description = read_description(Component(name=component, source=fmu, period=1))
+        description = read_description(Component(name="fmu", source=fmu, period=1))
         doubts = self.doubts
         lines = [f"# Draft: {fmu.name} in place of {component}. Look up every line marked UNDECIDED."]
         step = _number(description.step_size)
