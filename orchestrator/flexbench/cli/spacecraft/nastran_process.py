@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from lockstep.fmi.temporary_folder import temporary_folder
 
 ENDING = ".op2"
 _SCRIPT = Path(flexsat.structure.__file__).with_name("nastran_extract.py")
+_EXCEPTION = re.compile(r"[\w.]+(Error|Exception): ")
 _REMEDY = "python3 -m venv nastran; nastran/bin/pip install pyNastran; then --nastran-python nastran/bin/python"
 
 
@@ -52,6 +55,12 @@ def read_nastran(op2: Path, python: Path | None) -> ModalData:
         if "No module named 'pyNastran'" in done.stderr:
             raise InputError(f"--nastran-python {python}: has no pyNastran; {python} -m pip install pyNastran")
         if done.returncode or not out.is_file():
-            raise InputError(f"{op2}: not read by pyNastran: {lines[-1] if lines else f'exit code {done.returncode}'}")
+            raise InputError(f"{op2}: not read by pyNastran: {_reason(lines) or f'exit code {done.returncode}'}")
         with np.load(out) as arrays:
             return nastran_data(dict(arrays), op2.with_suffix(".toml"))
+
+
+def _reason(lines: Sequence[str]) -> str:
+    """Return the line that says what went wrong: of an exception its first, as pyNastran adds lists of paths."""
+    raised = [line for line in lines if _EXCEPTION.match(line)]
+    return raised[-1] if raised else "".join(lines[-1:])

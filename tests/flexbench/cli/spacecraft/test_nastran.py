@@ -154,6 +154,7 @@ def held_root():
          "array.op2: no shapes of 1 nodes of array.bdf, the first 9; take both of one run"),
         ("array.bdf", "CONM2,12,3,,5.", "CMASS2,12,5.,3,1",
          "element 12, CMASS2: its mass is not read; write it as CONM"),
+        ("array.bdf", "BEGIN BULK\n", "BEGIN BULK\nINCLUDE 'geom.inc'\n", "OSError: No such bdf_filename: "),
         ("array.toml", "", "length = 1\n", "array.toml: length: no such key; there are kind, mass"),
         ("array.toml", "", "length_unit = -1\n", "array.toml: length_unit and mass_unit must be > 0, got -1 and 1"),
     ],
