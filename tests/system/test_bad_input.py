@@ -276,7 +276,7 @@ def test_a_results_folder_that_exists_is_kept(flexsat, system, tmp_path):
     done = flexsat(*options)
 
     assert (done.returncode, len(error_lines(done))) == (2, 1)
-    assert f"{tmp_path / 'out'}: holds a run already; choose another folder or overwrite it" in done.stderr
+    assert f"{tmp_path / 'out'}: holds a run already; choose another folder, or replace it (--overwrite)" in done.stderr
     assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
     assert flexsat(*options, "--overwrite", "--seed", "2").returncode == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out"]

@@ -148,7 +148,7 @@ def _claim_new(path: Path, overwrite: bool) -> ResultsFolder:
             if not (path / RUN).exists():
                 raise _Taken(f"{path}: holds other files and no run; choose another results folder")
             if not overwrite:
-                raise _Taken(f"{path}: holds a run already; choose another folder or overwrite it")
+                raise _Taken(f"{path}: holds a run already; choose another folder, or replace it (--overwrite)")
     except BaseException:
         folder.release()
         raise

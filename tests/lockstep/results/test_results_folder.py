@@ -41,7 +41,7 @@ def test_a_second_run_is_refused_in_one_line_until_the_first_ends(tmp_path):
         first.fill(NEW)
     with claim_earlier(tmp_path / "out"), pytest.raises(InputError, match="another run is writing to it"):
         claim(tmp_path / "out", overwrite=True)
-    with pytest.raises(InputError, match="holds a run already; choose another folder or overwrite it"):
+    with pytest.raises(InputError, match=r"holds a run already; choose another folder, or replace it \(--overwrite\)"):
         claim(tmp_path / "out")
     with claim(tmp_path / "out", overwrite=True):
         pass

@@ -151,7 +151,7 @@ def test_a_folder_with_a_run_is_kept_without_overwrite(loop_ssd, tmp_path, cli):
     before = (out / "run.toml").read_bytes()
     refused = cli("run", loop_ssd, "--out", out)
     assert (refused.returncode, (out / "run.toml").read_bytes()) == (2, before)
-    assert "holds a run already; choose another folder or overwrite it" in refused.stderr
+    assert "holds a run already; choose another folder, or replace it (--overwrite)" in refused.stderr
     bad = cli("run", loop_ssd, "--out", out, "--overwrite", "--set", "counter.gian=2")
     assert (bad.returncode, (out / "run.toml").read_bytes()) == (2, before)
     assert cli("run", loop_ssd, "--out", out, "--overwrite", "--stop-time", "0.005").returncode == 0
