@@ -28,7 +28,7 @@ example:
 
 
 @command("paper", _EXAMPLES, then="open {path} in a browser", tables=True)
-@click.option("--as-published", "published", is_flag=True, help="only with the slips of the published release")
+@click.option("--as-published", "variant", is_flag=True, help="only with the slips of the published release")
 @click.option("--corrected", is_flag=True, help="only without them (default: both)")
 @seeds_option(1)
 @stop_time_option(300.0)
@@ -39,7 +39,7 @@ example:
               help="also determine margins and spillover of each loop, for table and page (1 min)")  # fmt: skip
 @click.option("--python", is_flag=True, help="without the same runs through the FMUs in C")
 def paper(
-    published: bool,
+    variant: bool,
     corrected: bool,
     seed_count: int,
     stop_time: float,
@@ -62,7 +62,7 @@ def paper(
     from ..studies.paper.paper import failures_text, run_paper
     from ..studies.paper.published import JUDGED, VARIANTS
 
-    wanted: list[Variant] = [one for one in VARIANTS if (published if one == JUDGED else corrected)]
+    wanted: list[Variant] = [one for one in VARIANTS if (variant if one == JUDGED else corrected)]
     chosen = wanted or list(VARIANTS)
     if not stop_time > SETTLED_FROM:
         raise InputError(f"--stop-time {stop_time:g}: the table refers to t > {SETTLED_FROM:g} s; simulate longer")
