@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 def report(given: Sequence[str], out: Path | None, json: Path | None) -> int:
     """Write the page of a campaign, and print its tables."""
-    from ...campaign.statistics.tables import answer, metric_table, requirement_table
+    from ...campaign.result_file import read_about
+    from ...campaign.statistics.tables import answer, metric_table, requirement_table, sampling_note
     from ...report.campaigns import write_campaign_page
 
     if len(given) != 1:
@@ -33,7 +34,8 @@ def report(given: Sequence[str], out: Path | None, json: Path | None) -> int:
     if any(one.judgements for one in found):
         print()
         show_table(*requirement_table(found))
-    print("\n".join(["", *answer(found), f"page {page}, numbers {numbers}"]))
+    note = sampling_note(str(read_about(Path(given[0]))["sampling"]))
+    print("\n".join(["", *answer(found), *([note] if note else []), f"page {page}, numbers {numbers}"]))
     first = found[0]
     worst = first.sample.numbers[first.worst[0][0]]
     suggest(
