@@ -17,6 +17,7 @@ from flexbench.loop.systems import write_systems
 from flexsat.design.chain import Designs
 from flexsat.fmu.build import configuration_parts
 from flexsat.fmu.build_native import build_native_configuration
+from flexsat.variants import CORRECTED, PUBLISHED
 from fmus.turning_array import write_files
 from lockstep import load_system, simulate
 
@@ -120,8 +121,7 @@ def test_native_fmus_of_other_spacecraft_are_the_python_steppers(tmp_path, name)
     if name == "unequal":  # the gate closes
         inertia = designs.corrected.plant.wheel_inertia * (1.0 + 1e-7)
         off = replace(designs.corrected, plant=replace(designs.corrected.plant, wheel_inertia=inertia))
-        noticed = compare_run(
-            tmp_path / "run", Designs(corrected=off, published=designs.published), parameters, SECONDS, native=True
-        )
+        others = Designs({CORRECTED: off, PUBLISHED: designs.published})
+        noticed = compare_run(tmp_path / "run", others, parameters, SECONDS, native=True)
         assert any(not one.met for one in noticed)
         assert np.max([one.relative for one in noticed]) < 1e-3
