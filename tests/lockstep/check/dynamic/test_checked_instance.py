@@ -56,6 +56,18 @@ def test_values_of_every_type_reach_the_output_of_their_name(opened, version):
     assert numbers == values
 
 
+def test_the_stimulus_of_each_phase_is_made_once_and_is_its_own(opened):
+    instance = opened("feedthrough", "2.0")
+    for phase in (0, 11, 0):
+        for table, port_call in zip(instance.stimuli(phase), instance.write, strict=True):
+            assert np.array_equal(table, instance.experiment.stimulus(port_call.scalar, phase))
+    assert instance.stimuli(11) is instance.stimuli(11)
+    first, other = instance.stimuli()[0], instance.stimuli(11)[0]
+    assert not np.array_equal(first, other)
+    with pytest.raises(ValueError, match="read-only"):
+        first[:] = 0.0
+
+
 @pytest.mark.parametrize(("version", "prefix"), [("1.0", "fmi"), ("2.0", "fmi2"), ("3.0", "fmi3")])
 def test_failure_names_call_status_time_and_message(opened, version, prefix, tmp_path):
     instance = opened("stair", version, mode=4, at=3)  # its third step fails
