@@ -21,7 +21,7 @@ from .results import Result
 from .window_data import full_rate_data, windows_about
 
 # bytes of data on a page before base64, shared by its runs: 7.3 MB of text, so that a page with figures is below 12 MB
-DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET, WINDOW_BUDGET = 1_200_000, 2_600_000, 800_000, 900_000
+DERIVED_BUDGET, RECORDED_BUDGET, MOTION_BUDGET, WINDOW_BUDGET = 1_200_000, 2_600_000, 800_000, 1_000_000
 FIRST_ELEMENTS = 6  # of every array, before the rest of long ones
 Window = tuple[float, float]  # begin, end [s]
 PEAKED = 30.0  # times its median; a norm with higher peaks gets a logarithmic axis
@@ -73,7 +73,7 @@ def read_run_data(result: Result, runs: int, window: Window | None = None) -> Ru
     derived = list(derived_histories(signals, result.run))
     first, rest = _by_priority(derived, signals)
     parts = [histories_within(signals.time, first, DERIVED_BUDGET // runs)] if first else []
-    parts.append(histories_within(signals.time, rest, RECORDED_BUDGET // runs))
+    parts.append(histories_within(signals.time, _shortest_first(rest), RECORDED_BUDGET // runs))
     marks = list(_marks(result, signals))
     # what is whole needs no windows; a history of a short run, or of a page with few signals, is
     reduced = [
@@ -146,7 +146,7 @@ def _by_priority(derived: list[DerivedHistory], signals: Signals) -> tuple[list[
                     values=signals.columns[name],
                 )
             )
-    return first, _shortest_first(rest)
+    return first, rest
 
 
 def _shortest_first(histories: list[History]) -> list[History]:
