@@ -13,6 +13,7 @@ from ..parameters import Weights
 from ..spacecraft.assembly import Spacecraft
 from ..spacecraft.linear_model import LinearModel
 from .refined_gain import refined_gain
+from .riccati import RiccatiStep, steady_state
 
 # of the sampled closed loop: what the weights do not see stays at 1, and the solver errs by 1e-8 there
 SLOWEST_POLE = 1.0 - 1e-7
@@ -45,8 +46,6 @@ def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weight
     ValueError
         If no gain stabilises what these weights see.
     """
-    import control  # here, as it loads matplotlib and scipy.stats: most commands design nothing and start without it
-
     index = model.index
     null = null_wheel_basis(spacecraft)
     moving = index.wheel_speed.start
@@ -69,14 +68,32 @@ def design_regulator(spacecraft: Spacecraft, model: LinearModel, weights: Weight
     n = index.unfiltered
     a, b = product(product(basis.T, ad[:n, :n]), basis), product(basis.T, bd[:n])
     try:
-        _, cost, poles = control.dlqr(a, b, state_weight, torque_weight, method="scipy")
+        cost, poles = _solved(a, b, state_weight, torque_weight)
         slowest = float(np.max(np.abs(poles)))
         if not slowest < SLOWEST_POLE:
             raise np.linalg.LinAlgError(f"a closed-loop pole at {slowest:.9f} is not inside the unit circle")
-    except ValueError as error:  # numpy's LinAlgError is one; SciPy's reordering raises no other
+    except ValueError as error:
         raise ValueError(
             f"design_regulator: no stabilising gain with {weights}: {error}; mrp and null_wheel_speed must be > 0, and"
             " the momenta of the wheels at their nominal speeds should cancel"
         ) from error
     gain = refined_gain(a, b, state_weight, torque_weight, cost)
     return Regulator(gain=product(gain, basis.T), basis=basis, state_weight=state_weight, torque_weight=torque_weight)
+
+
+def _solved(a: Array, b: Array, state_weight: Array, torque_weight: Array) -> tuple[Array, Array]:
+    """Return the cost matrix (n, n) and the closed-loop poles (n,).
+
+    SciPy orders eigenvalues of a pencil, which fails on some processors and not on others where poles are near the unit
+    circle. Doubling orders nothing; either solution is refined afterwards, to the same gain.
+    """
+    import control  # here, as it loads matplotlib and scipy.stats: most commands design nothing and start without it
+
+    try:
+        _, cost, poles = control.dlqr(a, b, state_weight, torque_weight, method="scipy")
+    except ValueError:  # numpy's LinAlgError is one; SciPy's reordering raises no other
+        acting = b @ np.linalg.solve(torque_weight, b.T)
+        cost = steady_state([RiccatiStep(a=a.T, g=state_weight, h=0.5 * (acting + acting.T))])
+        gain = np.linalg.solve(torque_weight + b.T @ cost @ b, b.T @ cost @ a)
+        poles = np.linalg.eigvals(a - b @ gain)
+    return cost, poles
