@@ -192,10 +192,12 @@ def _row(loop: LoopMargins) -> list[str]:
     up = f"{20.0 * log10(exact['gain_up']):+.1f}" if exact["gain_up"] else "no limit"
     phase = "any" if exact["phase"] is None else f"{exact['phase']:.0f}"
     delay = "> 100" if exact["delay"] is None else f"{1e3 * exact['delay']:.1f}"
-    crossings = [last_crossover(*response) for response in loop.axes().values()]
+    responses = list(loop.axes().values())
+    crossings = [last_crossover(*response) for response in responses]
+    lowest = min((float(frequency[0]) for frequency, _ in responses), default=0.0)
     return [
         *first, "stable", f"{down}, {up}", phase, delay, f"{found['margins']['all wheels']['disk']:.2f}",
-        ", ".join("below 1" if one is None else f"{one:.3g}" for one in crossings),
+        ", ".join(f"< {lowest:.2g}" if one is None else f"{one:.3g}" for one in crossings),
     ]  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def test_table_and_sentences_have_margins_bandwidth_and_spillover(tmp_path):
     assert bandwidth(flown) == pytest.approx(5.0)
     assert bandwidth(lost) is None
     first, second = rows([flown, lost])
-    assert first[4:] == ["stable", "to 0, +6.0", "66", "12.5", "0.80", "3, 5, below 1"]
+    assert first[4:] == ["stable", "to 0, +6.0", "66", "12.5", "0.80", "3, 5, < 0.01"]
     assert second[4] == "unstable: doubles in 4 ms"
     assert len(first) == len(second) == len(HEADER)
     assert sentences([flown, lost]) == [
