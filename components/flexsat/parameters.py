@@ -244,3 +244,9 @@ class SpeedSelection:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        for name in ("clearance", "crossing_response"):
+            value = getattr(self, name)
+            if not self.avoid_crossings and value != type(self).__dataclass_fields__[name].default:
+                raise ValueError(
+                    f"SpeedSelection.{name} is {value:.4g}, without effect: set avoid_crossings = true, or leave it out"
+                )

@@ -10,7 +10,7 @@ from flexbench.loop.properties import properties_of, property_lines
 from flexsat.closed_loop import ClosedLoop
 from flexsat.description.spacecraft_file import SpacecraftFile, parse_spacecraft
 from flexsat.design.chain import designs_of
-from flexsat.parameters import RPM
+from flexsat.parameters import RPM, SpeedSelection
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from flexsat.spacecraft.wheel_bands import choose_bands
@@ -98,7 +98,7 @@ def test_a_band_of_the_file_is_kept_where_a_gap_holds_it(banded):
             beside = modal_frequencies(free.spacecraft, speeds) - order * speeds
             assert np.all(beside[:, 0] * beside[:, -1] > 0.0), f"order {order} of wheel {k + 1}"
     # without, the whole of that band is weighed, and no crossing is looked for
-    plain = chosen(banded, lowest=200.0 / 60.0, highest=10.0, avoid_crossings=False)
+    plain = chosen(banded, lowest=200.0 / 60.0, highest=10.0, avoid_crossings=False, clearance=5.0 / 60.0)
     assert plain.response.gap is None
     assert plain.config.wheels == banded.configurations["robust"].wheels
 
@@ -148,3 +148,10 @@ def test_null_motion_keeps_a_wheel_away_from_a_crossing_that_it_meets_without(ba
     held = {rate: ((one - one[0]) * wheels.inertia) @ designs.corrected.spacecraft.wheels.axis
             for rate, one in speed.items()}  # fmt: skip
     assert_allclose(held[1.0], held[0.0], atol=2e-2 * np.abs(held[0.0]).max())
+
+
+@pytest.mark.parametrize("name", ["clearance", "crossing_response"])
+def test_what_would_have_no_effect_is_refused(name):
+    with pytest.raises(ValueError, match=rf"SpeedSelection\.{name} is 0\.2, without effect: set avoid_crossings"):
+        SpeedSelection(**{name: 0.2})
+    assert getattr(SpeedSelection(avoid_crossings=True, **{name: 0.2}), name) == 0.2
