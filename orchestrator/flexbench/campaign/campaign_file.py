@@ -139,6 +139,16 @@ def is_spacecraft(path: Path) -> bool:
     return path.suffix == ".toml"
 
 
+def _check_targets(campaign: Campaign, where: str) -> None:
+    """Refuse a value that is given twice: one of both would be without effect."""
+    given = {("parameter", name): f"[set] {name}" for name in campaign.settings}
+    for one in campaign.inputs:
+        for target in one.targets:
+            if earlier := given.get((one.kind, target)):
+                raise InputError(f"{where}: input.{one.name}: {target} is given by {earlier} too; leave one out")
+            given[one.kind, target] = f"input.{one.name}"
+
+
 def _check(campaign: Campaign, where: str) -> None:
     systems = [one for one in campaign.inputs if one.kind == "system"]
     if not campaign.metrics:
@@ -149,6 +159,7 @@ def _check(campaign: Campaign, where: str) -> None:
     if systems and (fields := [one.name for one in campaign.inputs if one.kind == "spacecraft"]):
         raise InputError(f"{where}: input.{fields[0]}: changes the spacecraft files under [systems]; leave out"
                          f" input.{systems[0].name}")  # fmt: skip
+    _check_targets(campaign, where)
     if (campaign.cases is None) == (campaign.sampling in COUNTED):
         what = "missing; give how many" if campaign.cases is None else f"{campaign.cases}: leave it out"
         raise InputError(f"{where}: campaign: cases: {what}, with sampling = {campaign.sampling!r}")

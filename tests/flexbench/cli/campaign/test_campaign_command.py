@@ -114,6 +114,14 @@ def test_the_probability_of_a_rare_event_is_printed_and_written(folder, tmp_path
         (('"random"', '"sobol"'), "cases = 3: Sobol sequences need a power of 2, such as 4"),
         (('"random"', '"grid"'), "campaign: cases: 3: leave it out, with sampling = 'grid'"),
         (('"max"', '"most"'), r"metric\.largest: take = 'most': must be rms, mean"),
+        (
+            ("[metric.largest]", "[input.again]\nparameter = 'a.u'\nvalues = [1.0]\n[metric.largest]"),
+            r"input\.again: a\.u is given by input\.u too; leave one out",
+        ),
+        (
+            ("[metric.largest]", "[set]\n'a.u' = 1.0\n[metric.largest]"),
+            r"input\.u: a\.u is given by \[set\] a\.u too; leave one out",
+        ),
         (("[systems]", "[system]"), r"wrong\.toml: system: no such key; there are campaign, systems"),
         (("toy.ssd", "no.ssd"), r"no\.ssd: no such file"),
     ],
