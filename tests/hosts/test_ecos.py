@@ -39,16 +39,16 @@ def rows(bench):
         host="ecos",
         ran=f"fine pointing, {ticks} ticks at own rates, {len(found.names)} outputs",
         agreement=agreement(bench.reference(ticks, DELAYS), found),
-        remark=f"with ecos's delays (1 tick each); {apart:.1e} arcsec from the timing of lockstep",
+        remark=f"with ecos's delays (1 tick each); without them lockstep points {apart:.1e} arcsec apart",
     )
     ticks = 5300
     found = run(bench, "slew", ticks, ("plant",))
     yield Row(
         kind="system of three (.ssp)",
         host="ecos",
-        ran=f"slew, begun 0.3 s ago, {ticks} ticks, {len(found.names)} outputs of the plant",
+        ran=f"first 0.3 s of the slew, {ticks} ticks, {len(found.names)} outputs of the plant",
         agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), found),
-        remark="with the same delays; ecos adds up its time",
+        remark="with the same delays; ecos accumulates its time, so that it is not exact",
     )
 
 

@@ -99,7 +99,7 @@ PACKAGES = (
         scheme="torque late",
         missing=TOOLBOX,
         options={"nested": True},
-        remark="sensors and plant in a container of 1 ms, beside it the controller; first inputs as start values; "
+        remark="sensors and plant in a container of 1 ms, the controller beside it; first inputs as start values; "
         "`delay.actuation` 5 ms",
     ),
     Package(
@@ -128,16 +128,16 @@ PACKAGES = (
         missing=hosts_python_lacks(),
         own_environment=True,
         options={"mda": "MDAGaussSeidel", "mda_options": {}},
-        remark="disciplines in the order sensors, controller, plant; Booleans and parameters by a subclass; first "
-        "inputs as defaults; no delay to set (`MDAJacobi`: both 5 ms)",
+        remark="disciplines in the order sensors, controller, plant; Booleans and parameters set by a subclass; "
+        "first inputs as defaults; no delay to set (`MDAJacobi`: both 5 ms)",
     ),
     Package(
         name="sofirpy",
         script="run_sofirpy.py",
         scheme="late",
         missing=lacks("sofirpy", "sofirpy"),
-        remark="connections of the sensors before those of the plant, whose logged accelerations are those with the "
-        "next torque; first inputs as start values; both delays 5 ms",
+        remark="connections of the sensors before those of the plant; it logs the plant's accelerations with the next "
+        "torque; first inputs as start values; both delays 5 ms",
     ),
     Package(
         name="FMUGym",
@@ -145,7 +145,7 @@ PACKAGES = (
         scheme="measurement late",
         missing=lacks("fmugym", "fmugym") or TOOLBOX,
         remark="environment: a container of sensors and plant; agent: the controller; measurements by `info` "
-        "(observations are of 32 bits); `delay.measurement` 5 ms; equal steps of simulation and action",
+        "(observations have 32 bits); `delay.measurement` 5 ms; simulation and action steps equal",
     ),
 )
 # ways that a host knows beside the one of its row
