@@ -45,9 +45,9 @@ class Aperture:
 
     tile_side: Annotated[float, "m", POSITIVE] = 2.0  # P, section 5
     rings: Annotated[int, "1", Range(minimum=1, maximum=20)] = 4  # P: 60 tiles
-    mesh: MeshKind = "record"  # of the paper's aperture alone; "tiles": six triangles a tile, of any aperture
-    refinements: Annotated[int, "1", Range(minimum=0, maximum=4)] = 0  # of "tiles": each splits triangles in four
-    support: Support = "vertices"  # what of the hole's edge is clamped to the bus: its six corners, or all of it
+    mesh: MeshKind = "record"  # "record": the paper's aperture; "tiles": six triangles a tile, any aperture
+    refinements: Annotated[int, "1", Range(minimum=0, maximum=4)] = 0  # "tiles" only: each splits triangles in four
+    support: Support = "vertices"  # part of the hole's edge that is clamped to the bus: six corners, or all
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -70,7 +70,9 @@ class Plate:
     flexural_rigidity: Annotated[float, "N.m", POSITIVE] = 8.4e4  # C, after its division of the stiffness by 64
     poisson_ratio: Annotated[float, "1", Range(above=-1.0, below=0.5)] = 0.25  # C
     area_density: Annotated[float, "kg/m2", POSITIVE] = 4200.0 / (360.0 * math.sqrt(3.0))  # P: 4200 kg over 60 hexagons
-    damping_ratio: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = 0.005  # P: Rayleigh, at both frequencies
+    damping_ratio: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = (
+        0.005  # P: Rayleigh damping, at both frequencies
+    )
     damping_frequencies: Annotated[tuple[float, float], "Hz", POSITIVE] = (0.5, 10.0)  # C
 
     def __post_init__(self) -> None:
@@ -87,9 +89,9 @@ class Plate:
 class Modes:
     """How many modes of the structure the plant has, and which of them the controller is designed with."""
 
-    plant: Annotated[int, "1", POSITIVE] = ALL_MODES  # the lowest, of what is simulated
-    design: Annotated[int, "1", POSITIVE] = PUBLISHED_MODES  # that the controller is designed with
-    design_by: ModeChoice = "frequency"  # which: the lowest, as in C, or those most coupled to rigid motion (P)
+    plant: Annotated[int, "1", POSITIVE] = ALL_MODES  # how many are simulated, from the lowest
+    design: Annotated[int, "1", POSITIVE] = PUBLISHED_MODES  # how many the controller's design has
+    design_by: ModeChoice = "frequency"  # the lowest, as in C, or those most coupled to rigid motion (P)
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -115,13 +117,13 @@ class Harmonic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheel:
-    """A kind of reaction wheel and its imbalance. The broadband part stands for what no harmonic describes."""
+    """A kind of reaction wheel and its imbalance. The broadband part covers what the harmonics leave out."""
 
     inertia: Annotated[float, "kg.m2", POSITIVE] = 0.84  # P, table 1
     torque_limit: Annotated[float, "N.m", Range(above=0.0, maximum=1e6)] = 0.8  # P, table 1
     speed_band: Annotated[float, "rad/s", Range(above=0.0, maximum=1e6)] = (
         25.0 * RPM
-    )  # P: 50 rpm wide about the nominal speed
+    )  # either side of the nominal speed; P: 50 rpm wide in all
     imbalance_force: Annotated[float, "N.s2/rad2", IMBALANCE] = 0.7852e-7 / RPM**2  # C: 0.7852e-7 N/rpm2
     imbalance_torque: Annotated[float, "N.m.s2/rad2", IMBALANCE] = 0.3239e-7 / RPM**2  # C: 0.3239e-7 N.m/rpm2
     broadband_force: Annotated[float, "N", Range(minimum=0.0, maximum=10.0)] = (
@@ -129,12 +131,14 @@ class Wheel:
     )  # C: 60^2 in rpm2, held 5 ms
     broadband_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=10.0)] = 0.3239e-7 * 3600.0  # C
     # What follows P's wheels have not; 0: none.
-    speed_limit: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e6)] = 0.0  # either sense, where torque ends
-    full_torque_speed: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e6)] = (
-        0.0  # above it the motor's limit falls to zero at speed_limit, in a line; 0: it does not fall
+    speed_limit: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e6)] = (
+        0.0  # in either direction; no torque beyond
     )
-    torque_step: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e6)] = 0.0  # of the motor's digital command
-    friction_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e6)] = 0.0  # dry, of the bearing
+    full_torque_speed: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1e6)] = (
+        0.0  # above it the motor's limit falls linearly to zero at speed_limit; 0: it does not fall
+    )
+    torque_step: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e6)] = 0.0  # resolution of the motor's command
+    friction_torque: Annotated[float, "N.m", Range(minimum=0.0, maximum=1e6)] = 0.0  # dry friction of the bearing
     harmonics: tuple[Harmonic, ...] = ()  # of the imbalance, beside the first
 
     def __post_init__(self) -> None:
@@ -171,7 +175,7 @@ class SensorNoise:
     gyro: Annotated[float, "rad/s", Range(minimum=0.0, maximum=DEGREE)] = 1e-5 * DEGREE
     accelerometer: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1.0)] = 2e-5
     encoder: Annotated[float, "rad/s", Range(minimum=0.0, maximum=1.0)] = 3e-4
-    star_tracker_coarse: Annotated[float, "rad", COARSE_ERROR] = 10.0 * ARCSECOND  # SST, slews
+    star_tracker_coarse: Annotated[float, "rad", COARSE_ERROR] = 10.0 * ARCSECOND  # for slews
     star_tracker_fine: Annotated[float, "rad", FINE_ERROR] = 0.1 * ARCSECOND  # fine guidance sensor
     filter_frequency: Annotated[float, "Hz", Range(minimum=1e-3, maximum=1e6)] = 80.0  # P: accelerometers, 2nd order
 
@@ -181,19 +185,23 @@ class SensorNoise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorErrors:
-    """Errors of the sensors beside white noise: standard deviations, drawn from the seed; none as P has none."""
+    """Sensor errors in addition to white noise: standard deviations, drawn from the seed; P has none."""
 
-    gyro_bias: Annotated[float, "rad/s", Range(minimum=0.0, maximum=DEGREE)] = 0.0
-    gyro_bias_walk: Annotated[float, "rad/s^1.5", Range(minimum=0.0, maximum=DEGREE)] = 0.0
-    gyro_scale_error: Annotated[float, "1", Range(minimum=0.0, maximum=0.1)] = 0.0
-    gyro_misalignment: Annotated[float, "rad", COARSE_ERROR] = 0.0  # of its rotation about each axis
+    gyro_bias: Annotated[float, "rad/s", Range(minimum=0.0, maximum=DEGREE)] = 0.0  # at the start
+    gyro_bias_walk: Annotated[float, "rad/s^1.5", Range(minimum=0.0, maximum=DEGREE)] = 0.0  # rate random walk
+    gyro_scale_error: Annotated[float, "1", Range(minimum=0.0, maximum=0.1)] = 0.0  # scale factor less 1
+    gyro_misalignment: Annotated[float, "rad", COARSE_ERROR] = 0.0  # rotation about each body axis
     accelerometer_bias: Annotated[float, "m/s2", Range(minimum=0.0, maximum=1.0)] = 0.0
-    star_tracker_misalignment: Annotated[tuple[float, float, float], "rad", TURN] = (0.0, 0.0, 0.0)  # itself, not drawn
+    star_tracker_misalignment: Annotated[tuple[float, float, float], "rad", TURN] = (0.0, 0.0, 0.0)  # not drawn
     low_frequency_error: Annotated[float, "rad", COARSE_ERROR] = 0.0  # first-order Gauss-Markov, each axis
     low_frequency_time: Annotated[float, "s", Range(above=0.0, maximum=1e9)] = 1000.0  # correlation time
-    boresight: Annotated[tuple[float, float, float], "1", Range(minimum=-1.0, maximum=1.0)] = (0.0, 0.0, 1.0)
+    boresight: Annotated[tuple[float, float, float], "1", Range(minimum=-1.0, maximum=1.0)] = (
+        0.0,
+        0.0,
+        1.0,
+    )  # body axes
     roll_factor: Annotated[float, "1", Range(minimum=0.0, maximum=100.0)] = (
-        1.0  # noise about the boresight, over across
+        1.0  # ratio of the noise about the boresight to that across it
     )
 
     def __post_init__(self) -> None:
@@ -204,7 +212,7 @@ class SensorErrors:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rates:
-    """Periods of the run-time components and of the sensors inside."""
+    """Step sizes of the FMUs, and the sampling period of the star tracker."""
 
     plant: Annotated[float, "s", PERIOD] = 1e-3
     sensors: Annotated[float, "s", PERIOD] = 1e-3
@@ -221,8 +229,8 @@ class Slew:
 
     rotation: Annotated[tuple[float, float, float], "rad", TURN] = (0.5 * DEGREE, 0.0, 0.0)  # P
     start_time: Annotated[float, "s"] = 5.0  # C
-    authority: Annotated[float, "1", Range(above=0.0, maximum=1.0)] = 0.8  # P: share of torque and of speed band
-    gyroscopic: bool = False  # whether the feed-forward counts the gyroscopic torque of the wheels' momentum
+    authority: Annotated[float, "1", Range(above=0.0, maximum=1.0)] = 0.8  # P: share of torque limit and speed band
+    gyroscopic: bool = False  # whether the feed-forward includes the gyroscopic torque of the wheels' momentum
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -232,14 +240,14 @@ class Slew:
 class SpeedSelection:
     """Choice of the nominal wheel speeds (C; P's text says 150 rpm, its figure 200)."""
 
-    lowest: Annotated[float, "Hz", POSITIVE] = 200.0 / 60.0
+    lowest: Annotated[float, "Hz", POSITIVE] = 200.0 / 60.0  # of the speeds that are compared
     highest: Annotated[float, "Hz", POSITIVE] = 100.0
-    points: Annotated[int, "1", POSITIVE] = 1000
-    window: Annotated[float, "Hz", POSITIVE] = 50.0 / 60.0
+    points: Annotated[int, "1", POSITIVE] = 1000  # from lowest to highest, at equal distances
+    window: Annotated[float, "Hz", POSITIVE] = 50.0 / 60.0  # width over which the strongest response counts
     avoid_crossings: bool = False  # whether each wheel's band lies between crossings of the Campbell diagram
-    clearance: Annotated[float, "Hz", NOT_NEGATIVE] = 5.0 / 60.0  # of such a band to a crossing
+    clearance: Annotated[float, "Hz", NOT_NEGATIVE] = 5.0 / 60.0  # least distance of such a band from a crossing
     crossing_response: Annotated[float, "1", Range(minimum=0.0, below=1.0)] = (
-        0.01  # share of the strongest crossing of the wheel: weaker ones do not count
+        0.01  # crossings below this share of the wheel's strongest one do not count
     )
 
     def __post_init__(self) -> None:

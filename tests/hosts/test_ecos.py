@@ -39,7 +39,7 @@ def rows(bench):
         host="ecos",
         ran=f"fine pointing, {ticks} ticks at own rates, {len(found.names)} outputs",
         agreement=agreement(bench.reference(ticks, DELAYS), found),
-        remark=f"with ecos's delays (1 tick each); without them lockstep points {apart:.1e} arcsec apart",
+        remark=f"with ecos's delays (1 tick each); {apart:.1e} arcsec from lockstep without delays",
     )
     ticks = 5300
     found = run(bench, "slew", ticks, ("plant",))

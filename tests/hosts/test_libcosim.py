@@ -40,7 +40,7 @@ def rows(bench):
         host="libcosim",
         ran=f"fine pointing, {ticks} ticks at own rates, {len(found.names)} outputs",
         agreement=agreement(bench.reference(ticks, DELAYS), found),
-        remark=f"with libcosim's delays (1 tick, torque 5 ticks); without them lockstep points {apart:.1e} arcsec apart",
+        remark=f"with libcosim's delays (torque 5 ticks, others 1); {apart:.1e} arcsec from lockstep without delays",
     )
 
 

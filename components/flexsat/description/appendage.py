@@ -32,10 +32,10 @@ class Appendage:
     structure: Structure
     at: Annotated[Vector, "m", Range(minimum=-1e3, maximum=1e3)] = (0.0, 0.0, 0.0)  # of the interface, from the origin
     orientation: Annotated[Vector, "rad", TURN] = (0.0, 0.0, 0.0)  # rotation vector: angle times axis
-    axis: Vector = (1.0, 0.0, 0.0)  # unit vector, of the drive, in its own axes
+    axis: Vector = (1.0, 0.0, 0.0)  # of the drive: unit vector in the appendage's own axes
     angle: Annotated[float, "rad", TURN] = 0.0  # of the drive
-    turns: bool = False  # whether the angle is a parameter of the FMUs; devices on it then turn with it
-    modes: Annotated[int, "1", Range(minimum=1)] = 1_000_000  # the lowest of the data; all if there are fewer
+    turns: bool = False  # whether the angle is a parameter of the FMUs; devices on the appendage turn with it
+    modes: Annotated[int, "1", Range(minimum=1)] = 1_000_000  # the lowest of the data, or all if there are fewer
 
     def __post_init__(self) -> None:
         check_ranges(self)

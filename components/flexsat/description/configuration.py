@@ -25,10 +25,10 @@ RELEASE = AS_PUBLISHED.name  # the table of a spacecraft's file with what its re
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Release:
-    """Where a published release of a spacecraft's design differs from its description: the matrices `as_published`."""
+    """Differences between a published release of the design and its description, for the matrices `as_published`."""
 
-    modes: int  # that plant and controller have
-    mode_rows: tuple[str, ...]  # sites whose modal motion is taken for that of the structure's sites, in their order
+    modes: int  # number of modes of plant and controller
+    mode_rows: tuple[str, ...]  # sites whose modal motion replaces that of the structure's sites, in order
     flexible_accelerometers: bool = True  # whether accelerometers sense the motion of the modes
 
 

@@ -37,9 +37,9 @@ class Site:
 
     name: str
     radius: Annotated[float, "m", NOT_NEGATIVE] = 0.0
-    angle: Annotated[float, "deg", Range(minimum=-360.0, maximum=360.0)] = 0.0  # from body x; as files of sites give it
-    on_bus: Annotated[Vector, "m"] | None = None  # of a point of the bus, in place of the others
-    node: str = ""  # of an appendage, as appendage.node
+    angle: Annotated[float, "deg", Range(minimum=-360.0, maximum=360.0)] = 0.0  # from body x
+    on_bus: Annotated[Vector, "m"] | None = None  # position of a point of the bus; without the other keys
+    node: str = ""  # node of an appendage, written appendage.node
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -85,11 +85,12 @@ class Device:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bus:
-    """The rigid bus that the structure is clamped to, without wheels' spin."""
+    """The rigid bus to which the structure is clamped; the spin inertia of the wheels is not part of it."""
 
-    mass: Annotated[float, "kg", Range(minimum=0.0, maximum=1e9)] = 0.0  # the paper's structure carries all mass
-    # about its own centre of mass: moments xx, yy, zz, and products xy, xz, yz as they stand in the matrix
-    inertia: Annotated[tuple[float, ...], "kg.m2", Range(minimum=-1e12, maximum=1e12)] = (0.0,) * 6
+    mass: Annotated[float, "kg", Range(minimum=0.0, maximum=1e9)] = 0.0  # P: all mass is in the structure
+    inertia: Annotated[tuple[float, ...], "kg.m2", Range(minimum=-1e12, maximum=1e12)] = (
+        0.0,
+    ) * 6  # about its centre of mass: xx, yy, zz; or these, then xy, xz, yz as in the matrix
     centre_of_mass: Annotated[Vector, "m", Range(minimum=-1e3, maximum=1e3)] = (0.0, 0.0, 0.0)  # from the origin
 
     def __post_init__(self) -> None:

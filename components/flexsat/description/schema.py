@@ -44,13 +44,13 @@ class Table:
 # title, class, fields that a file does not give, keys that it has beside the fields: key, default, meaning
 _ENTRY = (
     ("at", "", "name of a site"),
-    ("axes", "", 'list of "+x" to "-z", or directions of any length in body axes: a device along each'),
-    ("kind", "[wheel]", "of wheels: NAME of a table [wheel_kinds.NAME], with the keys of [wheel]"),
-    ("noise", "[noise] gyro", "of gyros: standard deviation of a sample, rad/s, deg/s, rpm, deg/h"),
+    ("axes", "", 'list of "+x" to "-z", or of directions of any length in body axes: one device along each'),
+    ("kind", "[wheel]", "wheels only: NAME of a table [wheel_kinds.NAME], which has the keys of [wheel]"),
+    ("noise", "[noise] gyro", "gyros only: standard deviation of a sample, rad/s, deg/s, rpm, deg/h"),
     (
         "mounting_error",
         "[0, 0, 0]",
-        "of gyros: rotation vector off the axes, rad, deg, arcsec, that no filter knows of",
+        "gyros only: rotation vector off the axes, rad, deg, arcsec; unknown to the filters",
     ),
 )
 _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...]], ...] = (
@@ -62,8 +62,8 @@ _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...
     ("[aperture]", Aperture, (), ()),
     ("[plate]", Plate, (), ()),
     ("[modes]", Modes, (), ()),
-    ("[[appendages]]", Appendage, ("structure",), (("file", "", "modal file, from the folder of this file"),
-     ("damping_ratio", "", "of every mode; without it those of the modal file"))),
+    ("[[appendages]]", Appendage, ("structure",), (("file", "", "modal file, relative to the folder of this file"),
+     ("damping_ratio", "", "of every mode; default: those of the modal file"))),
     ("[noise]", SensorNoise, (), ()),
     ("[sensor_errors]", SensorErrors, (), ()),
     ("[rates]", Rates, (), ()),
@@ -78,7 +78,7 @@ def schema() -> Iterator[Table]:
     """Yield the tables of a spacecraft's file in their usual order."""
     top = [
         ("name", "", "small letters, digits and _: FMUs are built to fmus/NAME"),
-        ("layout", "the number of wheels", "in the documentation of the FMUs"),
+        ("layout", "the number of wheels", "shown in the documentation of the FMUs"),
         ("wheels, gyros, accelerometers", "", "lists of the next table"),
     ]
     yield Table(title="at the top", meaning="", rows=[_plain(*one) for one in top])
@@ -94,11 +94,11 @@ def schema_markdown() -> str:
     lines = [
         "# Keys of a spacecraft's file",
         "",
-        "Written by `flexsat spacecraft --schema` from the classes that a file fills;"
-        " [how to use it](your_own_spacecraft.md).",
-        'A number is in the first unit; a text may have any of the units, as "0.2 arcsec". P and C in remarks are'
+        "All tables and keys of a spacecraft's file; [how to use it](your_own_spacecraft.md)."
+        " `flexsat spacecraft --schema` writes this page.",
+        'A number is in the first unit; a text may have any of the units, such as "0.2 arcsec". P and C in remarks are'
         " sources:",
-        "the paper, and its authors' release. A key without a default must be given, or its table left out.",
+        "the paper and its authors' release. A key without a default must be given where its table is.",
     ]
     for table in schema():
         lines += ["", f"## `{table.title}`", "", *([table.meaning, ""] if table.meaning else [])]

@@ -25,7 +25,7 @@ def test_units_defaults_ranges_and_remarks():
     rows = {(table.title, row.key): row for table in schema() for row in table.rows}
     band = rows["[wheel]", "speed_band"]
     assert (band.unit, band.default, band.range) == ("rad/s, deg/s, rpm, deg/h", "2.617994", "> 0 and <= 1e+06")
-    assert band.meaning == "P: 50 rpm wide about the nominal speed"
+    assert band.meaning == "either side of the nominal speed; P: 50 rpm wide in all"
     assert rows["[sites] NAME = { ... }", "on_bus"].unit == "m, mm, um"
     assert rows["[modes]", "design_by"].range == "frequency or coupling"
     assert rows["[plate]", "damping_frequencies"].range == "2 numbers, each > 0"
