@@ -43,6 +43,7 @@ def build(
     from lockstep.errors import InputError
 
     from .loop.build import build_files
+    from .loop.build_options import BuildOptions
     from .loop.spacecraft import check_built_in_names, read_file
     from .studies.margins.design_notes import design_notes
 
@@ -51,15 +52,8 @@ def build(
     except ValueError as error:
         raise InputError(str(error)) from None
     check_built_in_names(given, given.name)
-    build_files(
-        [given],
-        Path(folder),
-        print_line or (lambda _: None),
-        notes=design_notes,
-        native=native,
-        fmi3=fmi3,
-        platforms=platforms,
-    )
+    options = BuildOptions(in_c=(*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ())), platforms=platforms)
+    build_files([given], Path(folder), print_line or (lambda _: None), options, notes=design_notes)
     return Path(folder) / given.name
 
 

@@ -119,10 +119,11 @@ def print_row(name: str, one: list[float], two: list[float], steps: int) -> None
 def main(steps: int) -> None:
     """Measure and print the tables."""
     from flexbench.loop.build import build_all
+    from flexbench.loop.build_options import ONLY_PYTHON
     from lockstep import load_system
 
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as folder:
-        build_all((CONFIGURATION,), Path(folder))
+        build_all((CONFIGURATION,), Path(folder), options=ONLY_PYTHON)
         components = load_system(Path(folder, CONFIGURATION, f"{SCENARIO}.ssd")).components
         print(f"\n{CONFIGURATION}, us a step: the quickest tenth, the median and the slowest tenth of {steps} steps")
         print(f"{'component':12}{'shared':>16}{'':8}  {'isolated':>16}{'':8}  {'more':>16}   (aim: below {AIM:g} more)")

@@ -155,7 +155,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="flexsat_bench_") as temporary:
         folder = Path(temporary)
         if chosen.fmus is None:
-            build_all(CONFIGURATIONS, folder / "fmus", native=True)
+            build_all(CONFIGURATIONS, folder / "fmus")
         fmus = chosen.fmus or folder / "fmus"
         native_fmus(fmus, folder)
         if not chosen.native_only:

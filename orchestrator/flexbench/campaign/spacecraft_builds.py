@@ -69,7 +69,7 @@ def _built(
         report(f"{path.name}: building its FMUs{which}")
         partial = target.with_name(f".{target.name}")
         shutil.rmtree(partial, ignore_errors=True)  # of a process that was killed
-        build_files([spacecraft], partial, lambda _: None, native=True)
+        build_files([spacecraft], partial, lambda _: None)
         partial.replace(target)
     if not system.is_file():
         raise InputError(f"{path}: campaign: scenario = {campaign.scenario!r}: no such system; {system} is missing")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import click
 
@@ -68,6 +67,7 @@ def build(
     """Build the FMUs, system files, packages and the interface document of each configuration, or spacecraft's file."""
     from ..loop.build import build_all, build_files
     from ..loop.build_manifest import earlier_folders
+    from ..loop.build_options import BuildOptions
     from ..studies.margins.design_notes import design_notes
 
     if platforms and no_native and not fmi3:
@@ -75,22 +75,20 @@ def build(
     if files and configuration:
         raise InputError("--configuration chooses among the built-in spacecraft; drop it, or the files")
     started = perf_counter()
-    options: dict[str, Any] = {
-        "flat": flat,
-        "execution_tool": execution_tool,
-        "native": not no_native,
-        "fmi3": fmi3,
-        "platforms": PLATFORMS if ALL in platforms else platforms,
-    }
+    options = BuildOptions(
+        in_c=(*(() if no_native else ("2.0",)), *(("3.0",) if fmi3 else ())),
+        platforms=PLATFORMS if ALL in platforms else platforms,
+        flat=flat,
+        execution_tool=execution_tool,
+    )
     if files:
-        build_files(files, out, notes=design_notes, **options)
+        build_files(files, out, options=options, notes=design_notes)
     else:
-        build_all(configurations(configuration), out, **options)
+        build_all(configurations(configuration), out, options=options)
     if missions:
         from ..loop.missions import write_all_missions
 
-        in_c = {"native": not no_native, "fmi3": fmi3, "platforms": options["platforms"]}
-        write_all_missions(configurations(configuration), files, out, **in_c)
+        write_all_missions(configurations(configuration), files, out, options=options)
     for left in earlier_folders(out):
         remark(f"{left}: FMUs of an earlier build, as they were; the options that made them make them anew")
     print(f"built in {perf_counter() - started:.1f} s")

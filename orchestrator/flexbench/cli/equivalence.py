@@ -51,6 +51,7 @@ def equivalence(
 ) -> int:
     """Compare the co-simulation with the monolith: the Python steppers in one loop, without FMI and master."""
     from ..loop import equivalence as gate
+    from ..loop.build_options import ONLY_PYTHON, STANDARD
     from ..loop.chosen_spacecraft import build_missing, choose
     from ..runs.study_folder import study_folder
 
@@ -59,7 +60,7 @@ def equivalence(
     ports: list[tuple[Any, ...]] = []
     with study_folder(out, "equivalence") as root:
         for spacecraft in choose(configuration, fmus):
-            build_missing((spacecraft,), SCENARIOS[0], native=native)
+            build_missing((spacecraft,), SCENARIOS[0], STANDARD if native else ONLY_PYTHON)
             name = spacecraft.name
             for one in cast("tuple[ScenarioName, ...]", scenario or SCENARIOS[:2]):
                 folder = root / f"{name}-{one.replace('_', '-')}"

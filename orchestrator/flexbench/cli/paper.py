@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import click
 
@@ -16,9 +15,6 @@ from lockstep.errors import InputError
 
 from .options import fmus_option, seeds, seeds_option
 
-if TYPE_CHECKING:
-    from ..studies.paper.published import Variant
-
 _EXAMPLES = """
 exit code: 0 success, 1 a failed run, or native FMUs that differ from those in Python, 2 bad input
 
@@ -28,7 +24,7 @@ example:
 
 
 @command("paper", _EXAMPLES, then="open {path} in a browser", tables=True)
-@click.option("--as-published", "variant", is_flag=True, help="only with the slips of the published release")
+@click.option("--as-published", is_flag=True, help="only with the slips of the published release")
 @click.option("--corrected", is_flag=True, help="only without them (default: both)")
 @seeds_option(1)
 @stop_time_option(300.0)
@@ -39,7 +35,7 @@ example:
               help="also determine margins and spillover of each loop, for table and page (1 min)")  # fmt: skip
 @click.option("--python", is_flag=True, help="without the same runs through the FMUs in C")
 def paper(
-    variant: bool,
+    as_published: bool,
     corrected: bool,
     seed_count: int,
     stop_time: float,
@@ -53,6 +49,7 @@ def paper(
     from flexsat.description.built_in import CONFIGURATIONS
 
     from ..loop.build import build_all
+    from ..loop.build_options import ONLY_PYTHON, STANDARD
     from ..report.paper_pages import draw_paper, report_paper
     from ..runs.metrics import SETTLED_FROM
     from ..runs.study_folder import study_folder
@@ -62,7 +59,7 @@ def paper(
     from ..studies.paper.paper import failures_text, run_paper
     from ..studies.paper.published import JUDGED, VARIANTS
 
-    wanted: list[Variant] = [one for one in VARIANTS if (variant if one == JUDGED else corrected)]
+    wanted = [one for one in VARIANTS if (as_published if one == JUDGED else corrected)]
     chosen = wanted or list(VARIANTS)
     if not stop_time > SETTLED_FROM:
         raise InputError(f"--stop-time {stop_time:g}: the table refers to t > {SETTLED_FROM:g} s; simulate longer")
@@ -72,7 +69,7 @@ def paper(
         lacking: list[str] = []
         without_margins: list[str] = []
         compared = None
-        build_all(CONFIGURATIONS, fmus, native=not python, without_native=lacking.append)
+        build_all(CONFIGURATIONS, fmus, options=ONLY_PYTHON if python else STANDARD, without_native=lacking.append)
         print(f"built in {perf_counter() - started:.1f} s")
         numbers = seeds(seed_count)
         results = run_paper(fmus, folder, chosen, numbers, stop_time, jobs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from flexsat.description.built_in import CONFIGURATIONS
@@ -18,7 +18,6 @@ from flexsat.fmu.native.compilers import check_compilers
 from flexsat.fmu.native.sources import IN_C, native_folder
 from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
 from flexsat.parameters import ConfigurationName
-from flexsat.ports.table import FmiVersion
 from lockstep.errors import InputError
 from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.ssp.package_members import package_entries
@@ -28,6 +27,7 @@ from ..html.document import as_markdown
 from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import EARLIER, MANIFEST, describe_configuration, versions, write_manifest
+from .build_options import STANDARD, BuildOptions
 from .properties import bias_line
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from .spacecraft import FILE, design_file, read_file
@@ -37,26 +37,12 @@ PrintLine = Callable[[str], None]
 Notes = Callable[[Designs], Iterable[str]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _InC:
-    """Which FMUs in C to build, and what is called with the reason if they cannot be; None: that is an error."""
-
-    versions: tuple[FmiVersion, ...]
-    flat: bool
-    platforms: Sequence[str]
-    without: PrintLine | None
-
-
 def build_all(
     names: Sequence[ConfigurationName],
     folder: Path,
     print_line: PrintLine = print,
+    options: BuildOptions = STANDARD,
     *,
-    flat: bool = False,
-    execution_tool: bool = False,
-    native: bool = False,
-    fmi3: bool = False,
-    platforms: Sequence[str] = (),
     without_native: PrintLine | None = None,
 ) -> None:
     """Build the FMUs of some configurations and all files that go with them. The same input gives the same bytes.
@@ -66,11 +52,7 @@ def build_all(
     names : configurations to build
     folder : to write to
     print_line : called with the path of each file written
-    flat : also build the FMUs with flat variable names, and systems of them, in a folder of their own
-    execution_tool : declare that the FMUs need a tool to be executed
-    native : also build the FMUs in C, and systems of them, in a folder of their own
-    fmi3 : also build the FMUs in C of FMI 3.0, and systems of them, in a folder of their own
-    platforms : of the FMUs in C, as in flexsat.fmu.native.platforms; none for Linux x86-64 with this machine's compiler
+    options : which FMUs
     without_native : called with the reason if the FMUs in C cannot be built; they are left out then. None: an error
 
     Raises
@@ -79,9 +61,13 @@ def build_all(
         If this machine lacks a compiler, or what else a build needs.
     """
     try:
-        check_compilers(platforms)
-        in_c = _InC(versions=_versions_in_c(native, fmi3), flat=flat, platforms=platforms, without=without_native)
-        _build_all(names, folder, print_line, flat, execution_tool, in_c)
+        check_compilers(options.platforms)
+        designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
+        chosen = {name: designs[name] for name in names}
+        identities = _build_each(chosen, folder, print_line, options, without_native)
+        known = [identity for name in CONFIGURATIONS for identity in identities.get(name, [])]
+        for path in write_icd(designs, folder, known):
+            print_line(str(path))
     except BuildError as error:
         raise InputError(str(error)) from None
 
@@ -90,12 +76,8 @@ def build_files(
     files: Sequence[Path | SpacecraftFile],
     folder: Path,
     print_line: PrintLine = print,
+    options: BuildOptions = STANDARD,
     *,
-    flat: bool = False,
-    execution_tool: bool = False,
-    native: bool = False,
-    fmi3: bool = False,
-    platforms: Sequence[str] = (),
     notes: Notes | None = None,
 ) -> None:
     """Build the FMUs of the spacecraft that files describe, each into `folder`/<name>, with its interface document.
@@ -112,16 +94,11 @@ def build_files(
     try:
         read = [(Path(f"{one.name}.toml"), one) if isinstance(one, SpacecraftFile) else (one, read_file(one))
                 for one in files]  # fmt: skip
-        check_compilers(platforms)
-        in_c = _InC(versions=_versions_in_c(native, fmi3), flat=flat, platforms=platforms, without=None)
+        check_compilers(options.platforms)
         for path, spacecraft in read:
-            _build_file(spacecraft, path, folder, print_line, flat, execution_tool, in_c, notes)
+            _build_file(spacecraft, path, folder, print_line, options, notes)
     except BuildError as error:
         raise InputError(str(error)) from None
-
-
-def _versions_in_c(native: bool, fmi3: bool) -> tuple[FmiVersion, ...]:
-    return (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
 
 
 def _build_file(
@@ -129,9 +106,7 @@ def _build_file(
     path: Path,
     folder: Path,
     print_line: PrintLine,
-    flat: bool,
-    execution_tool: bool,
-    in_c: _InC,
+    options: BuildOptions,
     notes: Notes | None,
 ) -> None:
     designs = {spacecraft.name: design_file(spacecraft, path)}
@@ -140,7 +115,7 @@ def _build_file(
         print_line(f"{path.name}: note: {line}")
     for line in notes(designs[spacecraft.name]) if notes is not None else ():
         print_line(f"{path.name}: {line}")
-    identities = _build_each(designs, folder, print_line, flat, execution_tool, in_c)
+    identities = _build_each(designs, folder, print_line, options)
     copy = folder / spacecraft.name / FILE
     write_atomically(copy, spacecraft.text.encode())
     written = write_icd(designs, folder / spacecraft.name, identities[spacecraft.name])
@@ -151,52 +126,36 @@ def _build_file(
         print_line(str(one))
 
 
-def _build_all(
-    names: Sequence[ConfigurationName],
-    folder: Path,
-    print_line: PrintLine,
-    flat: bool,
-    execution_tool: bool,
-    in_c: _InC,
-) -> None:
-    designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
-    chosen = {name: designs[name] for name in names}
-    identities = _build_each(chosen, folder, print_line, flat, execution_tool, in_c)
-    known = [identity for name in CONFIGURATIONS for identity in identities.get(name, [])]
-    for path in write_icd(designs, folder, known):
-        print_line(str(path))
-
-
 def _build_each(
     designs: Mapping[ConfigurationName, Designs],
     folder: Path,
     print_line: PrintLine,
-    flat: bool,
-    execution_tool: bool,
-    in_c: _InC,
+    options: BuildOptions,
+    without_native: PrintLine | None = None,
 ) -> dict[ConfigurationName, list[tuple[str, str, str]]]:
     """Build spacecraft and write the manifest; return file, GUID and SHA-256 of each FMU that it lists, by name."""
     entries = {}
     for name, both in designs.items():
         parts = configuration_parts(both)
-        built = build_configuration(both, folder, print_line, "structured", execution_tool, parts)
-        flat_named = build_configuration(both, folder, print_line, "flat", execution_tool, parts) if flat else {}
+        tool = options.execution_tool
+        built = build_configuration(both, folder, print_line, "structured", tool, parts)
+        flat_named = build_configuration(both, folder, print_line, "flat", tool, parts) if options.flat else {}
         paths = write_systems(both, folder / name)
         packages = write_packages(both, paths, built)
         closed = write_closed_systems(both, folder / name)
         packages += [*closed, *write_packages(both, closed, built)]
-        if flat:
+        if options.flat:
             flat_paths = write_systems(both, folder / name / "flat", "flat")
             packages += [*flat_paths, *write_packages(both, flat_paths, flat_named)]
         fmus = built | {f"{component}, flat names": fmu for component, fmu in flat_named.items()}
         try:
-            more_fmus, files = _build_in_c(both, folder, parts, print_line, in_c)
+            more_fmus, files = _build_in_c(both, folder, parts, print_line, options)
             fmus, packages = fmus | more_fmus, packages + files
         except BuildError as error:
-            if in_c.without is None:
+            if without_native is None:
                 raise BuildError(f"{error}; --no-native leaves out the FMUs in C") from None
-            in_c.without(str(error))
-            in_c = replace(in_c, versions=())
+            without_native(str(error))
+            options = replace(options, in_c=())
         for path in (*paths, *packages):
             print_line(str(path))
         entries[name] = describe_configuration(both.corrected.config, fmus, [*paths, *packages], folder)
@@ -213,13 +172,13 @@ def _build_each(
 
 
 def _build_in_c(
-    designs: Designs, folder: Path, parts: Mapping[str, Parts], print_line: PrintLine, wanted: _InC
+    designs: Designs, folder: Path, parts: Mapping[str, Parts], print_line: PrintLine, wanted: BuildOptions
 ) -> tuple[dict[str, BuiltFmu], list[Path]]:
     """Build the FMUs in C; return them, and the systems and packages of them."""
     layout = folder / designs.corrected.config.name
     fmus: dict[str, BuiltFmu] = {}
     files: list[Path] = []
-    for fmi in wanted.versions:
+    for fmi in wanted.in_c:
         built = build_native_configuration(designs, folder, parts, print_line, fmi, wanted.platforms)
         fmus |= {f"{component}, {IN_C[fmi]}": fmu for component, fmu in built.items()}
         systems = write_systems(designs, native_folder(layout, fmi))

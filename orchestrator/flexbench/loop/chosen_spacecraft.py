@@ -13,6 +13,7 @@ from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName, Slew
 from lockstep.errors import InputError
 
 from .build import build_all, build_files
+from .build_options import STANDARD, BuildOptions
 from .spacecraft import FILE, design_file, designs_for, read_file, spacecraft_of
 
 TOML = ".toml"
@@ -87,7 +88,7 @@ def _choose(text: str, root: Path, option: str) -> Chosen:
     )
 
 
-def build_missing(chosen: Sequence[Chosen], scenario: str, *, native: bool = True) -> None:
+def build_missing(chosen: Sequence[Chosen], scenario: str, options: BuildOptions = STANDARD) -> None:
     """Build the FMUs of spacecraft that have no system of a scenario yet.
 
     Raises
@@ -103,10 +104,10 @@ def build_missing(chosen: Sequence[Chosen], scenario: str, *, native: bool = Tru
     for root in dict.fromkeys(one.root for one in missing):
         names = tuple(one.name for one in missing if one.root == root and one.file is None)
         if names:
-            build_all(names, root, native=native)
+            build_all(names, root, options=options)
         files = [one.file for one in missing if one.root == root and one.file is not None]
         if files:
-            build_files(files, root, native=native)
+            build_files(files, root, options=options)
 
 
 def slew_of(name: ConfigurationName, fmu: Path) -> Slew:

@@ -24,6 +24,7 @@ from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS
 from ..icd.mission_contents import mission_icd_blocks
 from .build_manifest import add_to_manifest
+from .build_options import STANDARD, BuildOptions
 from .spacecraft import design_file, read_file
 from .systems import build_system, component_periods, ports_of, scalar_names
 
@@ -72,22 +73,19 @@ def write_missions(
     designs: Designs,
     folder: Path,
     print_line: Callable[[str], None] = print,
-    *,
-    native: bool = True,
-    fmi3: bool = False,
-    platforms: Sequence[str] = (),
+    options: BuildOptions = STANDARD,
 ) -> list[Path]:
     """Build the FMUs of missions of a spacecraft into `folder`/<name>/missions, and write their systems there.
 
     The FMUs of its plant, sensors and controller are those in `folder`/<name>. The manifest of `folder` gets all files,
-    and an interface document stands beside them. Parameters are those of `flexbench.loop.build.build_all`.
+    and an interface document stands beside them. Parameters are those of `flexbench.loop.build.build_all`; of the
+    options, versions and platforms of FMUs in C count.
     """
-    in_c: tuple[FmiVersion, ...] = (*(("2.0",) if native else ()), *(("3.0",) if fmi3 else ()))
-    built = build_missions(designs, folder, print_line, versions_in_c=in_c, platforms=platforms)
+    built = build_missions(designs, folder, print_line, versions_in_c=options.in_c, platforms=options.platforms)
     config = designs.corrected.config
     layout = folder / config.name
     paths = []
-    for fmi in (None, *(version for version in in_c if version == "3.0")):
+    for fmi in (None, *(version for version in options.in_c if version == "3.0")):
         for name in SYSTEMS:
             path = _folder(layout / FOLDER, fmi) / f"{name}.ssd"
             write_ssd(mission_system(designs, name, layout, fmi), path)
@@ -118,10 +116,7 @@ def write_all_missions(
     files: Sequence[Path],
     folder: Path,
     print_line: Callable[[str], None] = print,
-    *,
-    native: bool = True,
-    fmi3: bool = False,
-    platforms: Sequence[str] = (),
+    options: BuildOptions = STANDARD,
 ) -> None:
     """Write the missions of spacecraft that have been built: those of files, or the built-in ones of some names.
 
@@ -133,7 +128,7 @@ def write_all_missions(
     try:
         designs = [design_file(read_file(path), path) for path in files] or [build_designs(name) for name in names]
         for one in designs:
-            write_missions(one, folder, print_line, native=native, fmi3=fmi3, platforms=platforms)
+            write_missions(one, folder, print_line, options)
     except BuildError as error:
         raise InputError(str(error)) from None
 

@@ -33,11 +33,11 @@ CALLS = {
         {
             "--configuration": (("centralised",), "('centralised',), "),
             "--out": (("there",), "'there'"),
-            "--flat": ((), "'flat': True"),
-            "--needs-execution-tool": ((), "'execution_tool': True"),
-            "--no-native": ((), "'native': False"),
-            "--fmi3": ((), "'fmi3': True"),
-            "--platforms": (("win64,linux64",), "'platforms': ('linux64', 'win64')"),
+            "--flat": ((), "flat=True"),
+            "--needs-execution-tool": ((), "execution_tool=True"),
+            "--no-native": ((), "in_c=()"),
+            "--fmi3": ((), "in_c=('2.0', '3.0')"),
+            "--platforms": (("win64,linux64",), "platforms=('linux64', 'win64')"),
         },
     ),
     "paper": (
@@ -58,7 +58,7 @@ CALLS = {
         ("paper",),
         "flexbench.loop.build:build_all",
         (),
-        {"--python": ((), "'native': False")},
+        {"--python": ((), "in_c=()")},
     ),
     "branch": (
         ("branch", "t=1.ckpt", "--vary", "a.x", "1"),

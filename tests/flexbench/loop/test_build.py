@@ -15,6 +15,7 @@ from pyssp_standard.srmd import SRMD
 from flexbench.loop import build
 from flexbench.loop.build import build_all
 from flexbench.loop.build_manifest import MANIFEST, earlier_folders
+from flexbench.loop.build_options import ONLY_PYTHON, BuildOptions
 from flexbench.loop.scenarios import SCENARIOS
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.errors import BuildError
@@ -89,7 +90,7 @@ def test_package_gives_the_results_of_its_system_file(delivered, tmp_path):
 def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_path, manifest, monkeypatch):
     shutil.copytree(delivered, tmp_path, dirs_exist_ok=True)
 
-    build_all(("centralised",), tmp_path, lambda _: None)
+    build_all(("centralised",), tmp_path, lambda _: None, ONLY_PYTHON)
 
     rebuilt = json.loads((tmp_path / MANIFEST).read_text())
     for group in ("fmus", "files"):  # its twins were not built again, and are still there
@@ -107,7 +108,7 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
         file.write(b"x")
     monkeypatch.setattr(build, "configuration_parts", lambda _: {})
     monkeypatch.setattr(build, "build_configuration", lambda *_: built_before(rebuilt, tmp_path))
-    build_all(("centralised",), tmp_path, lambda _: None)
+    build_all(("centralised",), tmp_path, lambda _: None, ONLY_PYTHON)
     assert list(json.loads((tmp_path / MANIFEST).read_text())["configurations"]) == ["centralised"]
     assert "distributed/plant.fmu" not in (tmp_path / "ICD.md").read_text()
 
@@ -117,9 +118,9 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
     monkeypatch.setattr(build, "build_native_configuration", fail)
     reason = r"^cc cannot compile plant_centralised: no; --no-native leaves out the FMUs in C$"
     with pytest.raises(InputError, match=reason):
-        build_all(("centralised",), tmp_path, lambda _: None, native=True)
+        build_all(("centralised",), tmp_path, lambda _: None)
     reasons = []
-    build_all(("centralised",), tmp_path, lambda _: None, native=True, without_native=reasons.append)
+    build_all(("centralised",), tmp_path, lambda _: None, without_native=reasons.append)
     assert reasons == ["cc cannot compile plant_centralised: no"]
     entry = json.loads((tmp_path / MANIFEST).read_text())["configurations"]["centralised"]
     in_c = [facts for part in ("fmus", "files") for name, facts in entry[part].items() if "native" in name]
@@ -140,7 +141,7 @@ def test_fmus_of_fmi_3_have_a_folder_with_systems_in_the_manifest(delivered, tmp
     monkeypatch.setattr(build, "configuration_parts", lambda _: {})
     monkeypatch.setattr(build, "build_configuration", lambda *_: built_before(manifest, tmp_path))
     monkeypatch.setattr(build, "build_native_configuration", in_c)
-    build_all(("centralised",), tmp_path, lambda _: None, fmi3=True)
+    build_all(("centralised",), tmp_path, lambda _: None, BuildOptions(in_c=("3.0",)))
 
     entry = json.loads((tmp_path / MANIFEST).read_text())["configurations"]["centralised"]
     of_fmi3 = {name: facts["component"] for name, facts in entry["fmus"].items() if "native" in name}

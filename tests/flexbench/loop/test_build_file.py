@@ -10,6 +10,7 @@ import pytest
 
 import flexbench
 from flexbench.loop.build import build_files
+from flexbench.loop.build_options import ONLY_PYTHON
 from flexbench.loop.loop_parts import loop_parts
 from flexbench.loop.spacecraft import design_file, read_file, write_start
 from flexbench.runs.run_folder import read_run
@@ -37,7 +38,7 @@ def described(tmp_path_factory):
 def built(described, tmp_path_factory):
     """Return the folder of its FMUs in Python."""
     folder = tmp_path_factory.mktemp("fmus")
-    build_files([described], folder, lambda _: None)
+    build_files([described], folder, lambda _: None, ONLY_PYTHON)
     return folder / "small"
 
 

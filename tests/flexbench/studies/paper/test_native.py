@@ -134,8 +134,8 @@ def command(monkeypatch, tmp_path, capsys):
     asked = []
 
     def call(study, *options, reason=""):
-        def build(*_, native, without_native):
-            asked.append(native)
+        def build(*_, options, without_native):
+            asked.append(options.in_c)
             if reason:
                 without_native(reason)
 
@@ -157,7 +157,7 @@ def command(monkeypatch, tmp_path, capsys):
 def test_the_command_flies_them_and_ends_with_exit_code_1_where_they_differ(command, study, objectionable):
     variants = ["as_published", "corrected", "published_design"]
     code, out, error, asked = command(study)
-    assert (code, asked) == (0, [True, (variants, 1, 300.0, 2, [])])
+    assert (code, asked) == (0, [("2.0",), (variants, 1, 300.0, 2, [])])
     assert error == ""
     assert shown(study) in out
     assert "table.json, native.json and every run" in out
@@ -170,14 +170,14 @@ def test_the_command_flies_them_and_ends_with_exit_code_1_where_they_differ(comm
 def test_python_leaves_them_out_with_the_result_of_an_earlier_study(command, study, tmp_path):
     write_native(tmp_path, study)
     code, out, _, asked = command(study, "--python")
-    assert (code, asked) == (0, [False])
+    assert (code, asked) == (0, [()])
     assert "ative" not in out
     assert not (tmp_path / FILE).exists()
 
 
 def test_where_they_cannot_be_built_a_note_says_so_and_the_study_goes_on(command, study):
     code, out, _, asked = command(study, reason="cc cannot compile plant_centralised: no")
-    assert (code, asked) == (0, [True])
+    assert (code, asked) == (0, [("2.0",)])
     assert (
         "no runs through native FMUs, as these cannot be built here: cc cannot compile plant_centralised: no\n" in out
     )
