@@ -26,7 +26,7 @@ example:
                    "controller:fmus/my and so on")  # fmt: skip
 @out_option("file to write (default: print it)", metavar="FILE")
 def adapt(fmu: Path, like: str, out: Path | None) -> int:
-    """Draft the adapter of a foreign FMU from names, units and array sizes, and list what remains undecided."""
+    """Draft the adapter of a foreign FMU from names, units and array sizes, and list the open decisions."""
     from flexsat.fmu.reproducible_zip import write_atomically
 
     from ..adapt.draft import draft_for

@@ -27,9 +27,9 @@ example:
 
 
 @command("branch", _EXAMPLES, then="{program} report {path}    # all runs on one page", tables=True)
-@click.argument("checkpoint", type=PATH, metavar="CHECKPOINT", help="a .ckpt file, written by a run with --checkpoint")
+@click.argument("checkpoint", type=PATH, metavar="CHECKPOINT", help="a .ckpt file of a run with --checkpoint")
 @click.option("--vary", type=Several(), multiple=True, required=True, metavar="C.P V...",
-              help="values of an input or tunable parameter; if given several times, all combinations")  # fmt: skip
+              help="values of an input or tunable parameter; several times: all combinations")  # fmt: skip
 @set_option
 @reinitialise_option
 @stop_time_option(None, "stop time in seconds (default: that of the checkpointed run)")
@@ -46,7 +46,7 @@ def branch(
     out: Path | None,
     jobs: int | None,
 ) -> int:
-    """Restart one checkpoint several times in parallel, each time with other values."""
+    """Restart one checkpoint several times in parallel, with different values."""
     from lockstep.checkpoint.file import read_checkpoint
     from lockstep.system.clock import seconds
 

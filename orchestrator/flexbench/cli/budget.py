@@ -56,7 +56,7 @@ class SplitOptions:
 split_options = option_group(
     "split",
     SplitOptions,
-    click.option("--split", type=PATH, metavar="SYSTEM", help="instead run a system with one error source at a time"),
+    click.option("--split", type=PATH, metavar="SYSTEM", help="simulate this system with one error source at a time"),
     click.option("--seed", type=SEED, default=DEFAULT_SEED, metavar="N",
                  help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
     click.option("--stop-time", type=DURATION, default=300.0, metavar="S",
@@ -64,8 +64,8 @@ split_options = option_group(
     out_option("folder for results and figures (default: the run's; of several runs, one folder in it for each; "
                f"with --split: results/SYSTEM-split-seedN{DISTINGUISHED})"),
     click.option("--python", is_flag=True,
-                 help="with --split: with the FMUs in Python (default: the native ones, where they are built)"),
-    click.option("--jobs", type=COUNT, metavar="N", help="with --split: processes at once (default: one a core)"),
+                 help="with --split: use the FMUs in Python (default: the native ones, where they are built)"),
+    click.option("--jobs", type=COUNT, metavar="N", help="with --split: parallel processes (default: one a core)"),
 )  # fmt: skip
 
 
@@ -96,10 +96,12 @@ evaluation_options = option_group(
     "evaluation",
     EvaluationOptions,
     click.option("--window", type=DURATION, default=10.0, metavar="S",
-                 help="length of the means in MPE, RPE, PDE and PRE (default: 10)"),
-    click.option("--separation", type=DURATION, default=60.0, metavar="S", help="of the windows of PDE (default: 60)"),
-    click.option("--observation", type=DURATION, default=50.0, metavar="S", help="compared by PRE (default: 50)"),
-    click.option("--level", type=NUMBER, multiple=True, metavar="P", help="share of times (default: 0.95 and 0.9973)"),
+                 help="window of the means in MPE, RPE, PDE and PRE (default: 10)"),
+    click.option("--separation", type=DURATION, default=60.0, metavar="S",
+                 help="time between the windows of PDE (default: 60)"),
+    click.option("--observation", type=DURATION, default=50.0, metavar="S", help="duration of PRE (default: 50)"),
+    click.option("--level", type=NUMBER, multiple=True, metavar="P",
+                 help="share of time within the value (default: 0.95 and 0.9973)"),
     from_option(SETTLED_HELP),
 )  # fmt: skip
 

@@ -28,31 +28,37 @@ examples:
 
 
 @command("build", _EXAMPLES)
-@click.argument("files", type=PATH, nargs=-1, metavar="[FILE...]", help="files of spacecraft (default: the built-in)")
+@click.argument(
+    "files", type=PATH, nargs=-1, metavar="[FILE...]", help="spacecraft files (default: the built-in spacecraft)"
+)
 @spacecraft_option
 @out_option("folder to fill", default="fmus")
-@click.option("--flat", is_flag=True, help="also with flat variable names such as wheel_torque_1, into DIR/NAME/flat")
+@click.option(
+    "--flat", is_flag=True, help="also write FMUs with flat variable names such as wheel_torque_1, in DIR/NAME/flat"
+)
 @click.option(
     "--needs-execution-tool",
     "execution_tool",
     is_flag=True,
-    help='declare needsExecutionTool="true", to warn receivers of Python; some hosts refuse such FMUs',
+    help='declare needsExecutionTool="true", to warn receivers that Python is needed; some hosts refuse such FMUs',
 )
 @click.option(
-    "--fmi3", is_flag=True, help="also FMUs of FMI 3.0 in C, with arrays as variables, in DIR/NAME/native/fmi3"
+    "--fmi3", is_flag=True, help="also write FMUs of FMI 3.0 in C, with arrays as variables, in DIR/NAME/native/fmi3"
 )
 @click.option(
     "--platforms",
     type=SomeOf((ALL, *PLATFORMS)),
     default=(),
     metavar="NAMES",
-    help=f"platforms of the FMUs in C, compiled with Zig: {', '.join(PLATFORMS)}, or all, with commas between them "
+    help=f"platforms of the FMUs in C, compiled with Zig: {', '.join(PLATFORMS)}, or all, separated by commas "
     "(default: linux64, with this machine's compiler)",
 )
 @click.option(
-    "--missions", is_flag=True, help="also environment, thrusters and mission manager, and systems: DIR/NAME/missions"
+    "--missions",
+    is_flag=True,
+    help="also write environment, thrusters, mission manager and their systems, in DIR/NAME/missions",
 )
-@click.option("--no-native", is_flag=True, help="without the FMUs in C, which need no Python, in DIR/NAME/native")
+@click.option("--no-native", is_flag=True, help="omit the FMUs in C, which need no Python, in DIR/NAME/native")
 def build(
     files: tuple[Path, ...],
     configuration: tuple[str, ...],

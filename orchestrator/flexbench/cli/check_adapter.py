@@ -32,7 +32,7 @@ _WHY = ("no correction was found", "several corrections are right, and the measu
 @click.option("--adapter", type=PATH, required=True, metavar="FILE", help="TOML file to check")
 @click.option("--like", metavar="NAME",
               help="controller:centralised, controller:fmus/my and so on (default: what the adapter fits)")  # fmt: skip
-@click.option("--apply", is_flag=True, help="write the correction into the file, if a single one is right")
+@click.option("--apply", is_flag=True, help="write the correction into the file, if exactly one is right")
 def check_adapter(fmu: Path, adapter: Path, like: str | None, apply: bool) -> int:
     """Measure a controller's static response to attitude and rate errors, and judge its adapter's conventions."""
     from lockstep.adapter.read import read_adapter

@@ -17,7 +17,7 @@ from lockstep.errors import InputError
 from .options import SCENARIOS, fmus_option, python_option, seeds, seeds_option
 
 _EXAMPLES = """
-exit code: 0 the layouts are compared, 1 so many runs are lost that nothing is left to compare, 2 bad input
+exit code: 0 the layouts are compared, 1 too many runs are lost to compare any, 2 bad input
 
 example:
   {program} compare-layouts --seeds 12
@@ -29,11 +29,11 @@ example:
 @click.option("--scenario", type=OneOf(SCENARIOS[:2]), multiple=True, metavar="NAME",
               help="slew or fine_pointing (default: both)")  # fmt: skip
 @click.option("--dispersion", multiple=True, metavar="WHAT=PERCENT",
-              help="limit of an error of the structure (default: frequency=5, damping=50, inertia=10)")  # fmt: skip
+              help="largest error of the structure (default: frequency=5, damping=50, inertia=10)")  # fmt: skip
 @seeds_option(8)
 @stop_time_option(200.0)
 @click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
-              help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
+              help="settled below this pointing error, in arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 @set_option
 @out_option(f"results folder (default: results/layouts{DISTINGUISHED})")
 @fmus_option
@@ -51,7 +51,7 @@ def compare_layouts(
     python: bool,
     jobs: int | None,
 ) -> int:
-    """Compare centralised and distributed wheels over the same errors of the structure, with confidence intervals."""
+    """Compare centralised and distributed wheels under the same errors of the structure, with confidence intervals."""
     from flexsat.description.built_in import CONFIGURATIONS
     from flexsat.parameters import ARCSECOND
 

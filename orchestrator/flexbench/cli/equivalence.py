@@ -38,7 +38,9 @@ examples:
 @record_option
 @out_option(f"results folder (default: results/equivalence{DISTINGUISHED})")
 @fmus_option
-@click.option("--native", is_flag=True, help="with the FMUs in C, whose rounding differs: to 1e-10 instead of 1e-12")
+@click.option(
+    "--native", is_flag=True, help="use the FMUs in C, whose rounding differs: tolerance 1e-10 instead of 1e-12"
+)
 def equivalence(
     configuration: tuple[str, ...],
     scenario: tuple[str, ...],

@@ -29,7 +29,7 @@ example:
               help="csv, mat (MATLAB structures), hdf5 (netCDF-4) or parquet")  # fmt: skip
 @out_option("file to write (default: RESULTS/NAME OF RESULTS.csv etc.)", metavar="FILE")
 @click.option("--signals", multiple=True, metavar="PATTERN",
-              help="signals to write; * and ? are wild (default: all that were recorded)")  # fmt: skip
+              help="signals to write; * and ? are wildcards (default: all that were recorded)")  # fmt: skip
 def export(results: Path, format_: str, out: Path | None, signals: tuple[str, ...]) -> int:
     """Write the signals of a run, with units, as one file for other tools."""
     from ..runs.export import export_run

@@ -34,7 +34,7 @@ example:
 @click.option("--design", type=OneOf(DESIGNS), default=DESIGNS[0], metavar="NAME",
               help="gains: robust or published (default: robust)")  # fmt: skip
 @click.option("--precision", type=OneOf(PRECISIONS), default=PRECISIONS[0], metavar="KIND",
-              help="numbers of a step: double or float (default: double)")  # fmt: skip
+              help="floating-point type of a step: double or float (default: double)")  # fmt: skip
 @out_option("folder for a folder NAME of each configuration", default="flight")
 @fmus_option
 def export_c(

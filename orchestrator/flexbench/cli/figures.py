@@ -40,7 +40,7 @@ examples:
 @click.option(
     "--robust-design",
     is_flag=True,
-    help="draw what the robust design trades and its loop shapes, and print its tables (minutes)",
+    help="draw trade-offs and loop shapes of the robust design, and print its tables (minutes)",
 )
 @spacecraft_option
 @out_option(f"folder to fill (default: results/figures{DISTINGUISHED})")

@@ -78,11 +78,11 @@ measurement_options = option_group(
     MeasurementOptions,
     click.option("--noise-free", is_flag=True, help="without sensor noise and jitter"),
     click.option("--band", type=NUMBER, nargs=2, metavar="LOW HIGH", help="frequencies of the test signal in Hz"),
-    click.option("--lines", type=COUNT, metavar="N", help="number of frequencies (default: as many as fit)"),
+    click.option("--lines", type=COUNT, metavar="N", help="number of frequencies (default: as many as possible)"),
     click.option("--length", type=DURATION, default=20.0, metavar="S", help="period of the test signal (default: 20)"),
     click.option("--periods", type=COUNT, default=4, metavar="N", help="periods to average (default: 4)"),
     click.option("--settle", type=WholeNumber(0, 1_000_000), default=2, metavar="N",
-                 help="periods left out at first (default: 2)"),
+                 help="periods left out at the start (default: 2)"),
     click.option("--zoom", type=NUMBER, default=0.0, metavar="N",
                  help="measure again, with periods N times as long, where lines are too far apart"),
     click.option("--amplitude", type=NUMBER, metavar="A",
@@ -110,12 +110,12 @@ measurement_options = option_group(
 @delay_option
 @measurement_options
 @click.option("--slow-period", type=DURATION, metavar="S",
-              help="of the slowest sampler in the loop (default: that of the star tracker, where known)")  # fmt: skip
+              help="period of the slowest sampler in the loop (default: the star tracker's, where known)")  # fmt: skip
 @click.option("--directions", type=OneOf(("body", "channels")), default="body", metavar="KIND",
               help="body axes, or channels: each input of the plant alone (default: body where known)")  # fmt: skip
 @click.option("--controller", default="controller", metavar="NAME",
               help="component whose output is cut (default: controller)")  # fmt: skip
-@click.option("--plant", default="plant", metavar="NAME", help="component that it drives (default: plant)")
+@click.option("--plant", default="plant", metavar="NAME", help="component that the controller drives (default: plant)")
 @python_option
 @out_option(f"results folder (default: results/margins-SYSTEM{DISTINGUISHED})")
 def margins(
@@ -137,7 +137,7 @@ def margins(
     python: bool,
     out: Path | None,
 ) -> int:
-    """Determine gain, phase, delay and disk margins: of the design, and measured through the FMUs."""
+    """Determine gain, phase, delay and disk margins of the design, and measure them through the FMUs."""
     from lockstep.adapter.component import replacements, with_replacements
     from lockstep.cli.run_options import folder_name
     from lockstep.plan.overrides import refuse_unknown

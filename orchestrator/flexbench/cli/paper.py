@@ -24,7 +24,7 @@ example:
 
 
 @command("paper", _EXAMPLES, then="open {path} in a browser", tables=True)
-@click.option("--as-published", is_flag=True, help="only with the slips of the published release")
+@click.option("--as-published", is_flag=True, help="only with the errors of the published release")
 @click.option("--corrected", is_flag=True, help="only without them (default: both)")
 @seeds_option(1)
 @stop_time_option(300.0)
@@ -33,7 +33,7 @@ example:
 @jobs_option
 @click.option("--margins", is_flag=True,
               help="also determine margins and spillover of each loop, for table and page (1 min)")  # fmt: skip
-@click.option("--python", is_flag=True, help="without the same runs through the FMUs in C")
+@click.option("--python", is_flag=True, help="omit the same runs through the FMUs in C")
 def paper(
     as_published: bool,
     corrected: bool,

@@ -22,7 +22,7 @@ example:
                 help="results folders of runs, or folders of such folders")  # fmt: skip
 @out_option("page to write (default: report.html in the first results folder)", metavar="FILE")
 @click.option("--time-range", type=NUMBER, nargs=2, metavar="FROM TO",
-              help="plot this part of the time, in seconds; a short one is kept row by row")  # fmt: skip
+              help="plot this time range, in seconds; a short one keeps every row")  # fmt: skip
 @click.option("--pdf", is_flag=True, help="also print the page to PDF; needs Chromium or Chrome")
 def report(results: tuple[Path, ...], out: Path | None, time_range: tuple[float, float] | None, pdf: bool) -> int:
     """Write one HTML page about a run, or a comparison of several; the page needs no network."""

@@ -58,9 +58,9 @@ example:
 @click.option("--inertia", type=Several(NUMBER), metavar="PERCENT...",
               help="relative errors of the moments of inertia (default: 10)")  # fmt: skip
 @click.option("--participation", type=Several(NUMBER), metavar="PERCENT...",
-              help="losses of the modes' coupling to the rigid body (default: 10)")  # fmt: skip
+              help="reductions of the modes' coupling to the rigid body (default: 10)")  # fmt: skip
 @click.option("--modes", type=Several(COUNT), metavar="N...",
-              help="mode counts of the plant beside all of them (default: 25 40 100)")  # fmt: skip
+              help="mode counts of the plant, in addition to all modes (default: 25 40 100)")  # fmt: skip
 @seeds_option(1)
 @stop_time_option(100.0)
 @out_option(f"results folder (default: results/robustness{DISTINGUISHED})")
@@ -84,7 +84,7 @@ def robustness(
     python: bool,
     jobs: int | None,
 ) -> int:
-    """Simulate plants with more or fewer modes and errors of the model that the controller does not know."""
+    """Simulate plants with model errors and other mode counts that the controller does not know."""
     from ..loop.chosen_spacecraft import build_missing, choose
     from ..runs.study_folder import study_folder
     from ..studies.robustness import model_errors as errors

@@ -52,14 +52,14 @@ the body, such as a boresight, outside up to two cones.
 @command("run", _EXAMPLES, then="{program} report {path}    # a page with its plots", tables=True)
 @run_options
 @seed_option
-@variant_option("with the slips of the published release")
+@variant_option("with the errors of the published release")
 @click.option("--settling-band", type=Number(above=0.0, most=648000.0), metavar="ARCSEC",
-              help="band of the settled pointing error, arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
+              help="settled below this pointing error, in arcsec (default: 5; fine sensor: 0.5)")  # fmt: skip
 @click.option(ACCEPT_INFEASIBLE, "accept_infeasible", is_flag=True,
-              help="run although the slew cannot be carried out in time, or with these wheels")  # fmt: skip
+              help="run even if the slew does not fit the time or the wheels")  # fmt: skip
 @click.option("--mission", type=PATH, metavar="FILE",
-              help="commands at times, for a system with a mission manager: see docs/missions.md")  # fmt: skip
-@click.option("--native", is_flag=True, help="with the FMUs in C that lie in native/ beside the others")
+              help="timed commands, for a system with a mission manager: see docs/missions.md")  # fmt: skip
+@click.option("--native", is_flag=True, help="use the FMUs in C, in native/ beside the others")
 def run(
     request: RunRequest,
     seed: int | None,

@@ -23,12 +23,12 @@ example:
 
 @command("shadow", _EXAMPLES, then="{program} report {results[0]}    # a page with the plots of the run", tables=True)
 @results_argument
-@from_option("leave out what is before this time in seconds (default: 0)")
+@from_option("leave out everything before this time, in seconds (default: 0)")
 @click.option("--window", type=DURATION, metavar="S",
-              help="length of the compared parts: before the switchover, and at the end (default: all)")  # fmt: skip
+              help="length of the compared windows: before the switchover, and at the end (default: all)")  # fmt: skip
 @out_option("folder for results and figures (default: the run's); of several runs, one folder in it for each")
 def shadow(results: tuple[Path, ...], start: float | None, window: float | None, out: Path | None) -> int:
-    """Evaluate a shadow controller: residual of each wheel, the closed loop before and after the switchover."""
+    """Evaluate a shadow controller: residuals of each wheel, and the closed loop before and after the switchover."""
     from ..figures.drawing import save_figure
     from ..figures.shadow import shadow_figure
     from ..runs.evaluation_folder import evaluation_folders, writing

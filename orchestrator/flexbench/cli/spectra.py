@@ -22,13 +22,13 @@ example:
 @command("spectra", _EXAMPLES, then="{program} report {results[0]}    # a page with the plots of the run", tables=True)
 @results_argument
 @click.option("--resolution", type=NUMBER, metavar="HZ",
-              help="noise bandwidth (default: 0.05, coarser for short runs)")  # fmt: skip
+              help="noise bandwidth in Hz (default: 0.05, coarser for short runs)")  # fmt: skip
 @click.option(
     "--confidence",
     type=Number(above=0.0, most=0.999999),
     default=0.95,
     metavar="P",
-    help="of the bounds (default: 0.95)",
+    help="confidence of the bounds (default: 0.95)",
 )
 @from_option(SETTLED_HELP)
 @out_option("folder for results and figures (default: the run's); of several runs, one folder in it for each")

@@ -22,7 +22,7 @@ example:
 @system_argument
 @timing_options
 @click.option("--ticks", type=COUNT, default=6, metavar="N", help="ticks to show (default: 6)")
-@click.option("--svg", type=PATH, metavar="FILE", help="also draw it")
+@click.option("--svg", type=PATH, metavar="FILE", help="also draw the timeline")
 def timeline(system: Path, timing: TimingOptions, ticks: int, svg: Path | None) -> int:
     """Show which component is stepped when, and which values are transferred between them."""
     from flexsat.fmu.reproducible_zip import write_atomically

@@ -26,8 +26,8 @@ example:
 
 @command("waterfall", _EXAMPLES, then="open {path}: the deformation over the Campbell diagram", tables=True)
 @click.argument("system", type=PATH, metavar="SYSTEM",
-                help="a system file that `flexsat build` has written; its loop is opened")  # fmt: skip
-@click.option("--points", type=COUNT, default=24, metavar="N", help="speeds (default: 24)")
+                help="a system file of `flexsat build`; its loop is opened")  # fmt: skip
+@click.option("--points", type=COUNT, default=24, metavar="N", help="number of speeds (default: 24)")
 @stop_time_option(20.0, "simulated time of each run in seconds")
 @click.option("--speed-range", type=NUMBER, nargs=2, metavar="LOW HIGH",
               help="speeds in rpm (default: all modes and bands)")  # fmt: skip
@@ -47,7 +47,7 @@ def waterfall(
     python: bool,
     jobs: int | None,
 ) -> int:
-    """Draw the deformation against wheel speed, from a sweep of short runs, over the Campbell diagram."""
+    """Sweep the wheel speed in short runs, and draw the deformation with the Campbell diagram."""
     from flexsat.parameters import RPM
 
     from ..figures.drawing import save_figure

@@ -53,7 +53,7 @@ examples:
 @click.option(
     "--multiple-of",
     metavar="S",
-    help="steps of the FMU are multiples of it, in seconds (default: the tick of the system)",
+    help="the FMU accepts steps that are multiples of it, in seconds (default: the tick of the system)",
 )
 @click.option(
     "--platforms",
@@ -62,7 +62,7 @@ examples:
     metavar="NAMES",
     help=f"binaries to build, with Zig: {', '.join(PLATFORMS)} (default: this machine's, without Zig)",
 )
-@click.option("--fmi3", is_flag=True, help="an FMU of FMI 3.0 in place of 2.0, with whole arrays as variables")
+@click.option("--fmi3", is_flag=True, help="write an FMU of FMI 3.0 instead of 2.0, with whole arrays as variables")
 @set_option
 @timing_options
 def bundle(

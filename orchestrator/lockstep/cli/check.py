@@ -50,9 +50,9 @@ check_options = option_group(
     "options",
     CheckOptions,
     click.argument("fmus", type=PATH, nargs=-1, required=True, metavar="FMU...",
-                   help="co-simulation FMUs of any maker and any version of FMI; several are also loaded side by side"),
+                   help="co-simulation FMUs of any tool and any version of FMI; several are also loaded together"),
     click.option("--static", is_flag=True, help="only inspect the file; do not run it"),
-    click.option("--strict", is_flag=True, help="warnings fail too"),
+    click.option("--strict", is_flag=True, help="treat warnings as errors"),
     click.option("--html", type=PATH, metavar="FILE", help="write the report as one HTML page"),
     click.option("--json", type=PATH, metavar="FILE", help="write the report as JSON; - prints it instead"),
     click.option("--junit", type=PATH, metavar="FILE", help="write the report as JUnit XML, one test case per finding"),
@@ -66,7 +66,7 @@ check_options = option_group(
 )
 @check_options
 def check(options: CheckOptions) -> int:
-    """Accept or refuse FMUs: the files, and how they run."""
+    """Check FMUs for acceptance: the files, and how they run."""
     return check_fmus(options)
 
 

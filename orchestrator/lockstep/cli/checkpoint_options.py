@@ -87,11 +87,11 @@ checkpoint_options = option_group(
     CheckpointOptions,
     click.option("--checkpoint", multiple=True, metavar="S",
                  help="save the whole state at this time, as checkpoints/t=S.ckpt in the results folder"),
-    click.option("--checkpoint-every", metavar="S", help="and every S seconds of simulated time"),
+    click.option("--checkpoint-every", metavar="S", help="save also every S seconds of simulated time"),
     click.option("--checkpoint-without", multiple=True, metavar="C",
                  help="leave out component C, which cannot save its state"),
     click.option("--resume", type=PATH, metavar="RESULTS",
-                 help="continue a run that was killed, from its newest checkpoint; no SYSTEM"),
+                 help="continue an interrupted run from its newest checkpoint; without SYSTEM"),
     click.option("--restart-from", type=PATH, metavar="CHECKPOINT",
                  help="start at a checkpoint, with results of its own; SYSTEM may be left out, faults are those "
                       "given here"),

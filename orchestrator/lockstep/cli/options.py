@@ -50,7 +50,7 @@ reinitialise_option = click.option(
     help="initialise component C again instead of restoring its state: for another FMU, or other fixed parameters",
 )  # fmt: skip
 DISTINGUISHED = ", -2, -3 and so on if that is taken"  # how a command names a folder of its own
-jobs_option = click.option("--jobs", type=COUNT, metavar="N", help="processes at once (default: one a core)")
+jobs_option = click.option("--jobs", type=COUNT, metavar="N", help="parallel processes (default: one a core)")
 
 
 def stop_time_option(default: float | None, text: str = "simulated time in seconds") -> Decorator:

@@ -35,7 +35,9 @@ example:
 )
 @click.argument("fmu", type=PATH, metavar="FMU",
                 help="a co-simulation FMU of any version of FMI; it runs in a process of its own")  # fmt: skip
-@click.option("--step-size", metavar="S", help="its step in seconds (default: what it recommends, or 0.001)")
+@click.option(
+    "--step-size", metavar="S", help="step size in seconds (default: the one that the FMU recommends, or 0.001)"
+)
 @click.option("--steps", type=COUNT, default=104, metavar="N",
               help="steps to observe after a change (default: 104)")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="NAME=V",
@@ -45,7 +47,7 @@ example:
                    "start or nominal value)")  # fmt: skip
 @click.option("--kind", type=OneOf(("sampled", "continuous")), metavar="KIND",
               help="sampled: outputs hold from the start of a step; continuous: they are true at its end (default: "
-                   "found with a shorter step; sampled where the FMU makes none)")  # fmt: skip
+                   "found with a shorter step; sampled where the FMU refuses one)")  # fmt: skip
 @click.option("--time-limit", type=DURATION, default=60.0, metavar="S",
               help="wall time for all changes; arrays are changed as a whole where it is too short "
                    "(default: 60)")  # fmt: skip

@@ -60,5 +60,5 @@ shadow_options = option_group(
     click.option("--shadow-adapter", type=PATH, metavar="FILE", help="TOML file between the shadow and the ports of C"),
     click.option("--switchover", metavar="S", help="time at which the shadow replaces C (default: never)"),
     click.option("--blend", metavar="S",
-                 help="time over which the difference of the two decays after it; 0 jumps (default: 5)"),
+                 help="time in which the difference of both outputs decays afterwards; 0: at once (default: 5)"),
 )  # fmt: skip

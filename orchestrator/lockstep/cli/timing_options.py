@@ -73,8 +73,8 @@ timing_options = option_group(
     click.option("--step-size", multiple=True, metavar="[C=]S",
                  help="co-simulation step of component C, or a pattern, or of all, in seconds, or as a fraction: 1/60"),
     click.option("--tick", multiple=True, metavar="S|python|c",
-                 help="base tick in seconds, for system files without one; or what executes the ticks of a run, with "
-                      "the same results (default: auto, which is C where there is a compiler)"),
+                 help="base tick in seconds, for system files without one; or the code that executes the ticks, with "
+                      "equal results (default: auto, which is C where there is a compiler)"),
     click.option("--continuous", multiple=True, metavar="C", help="outputs of C are true at the end of its step"),
     click.option("--sampled", multiple=True, metavar="C", help="outputs of C hold from the start of its step"),
 )  # fmt: skip

@@ -39,7 +39,9 @@ class RunOptions:
     checkpoints: CheckpointSchedule = field(default_factory=CheckpointSchedule)  # when to save, in the results folder
     restart: Restart | None = None  # checkpoint to start from, instead of the start time
     tolerance: Tolerances | None = None  # of the FMUs' integration, for all or by component; None: what they declare
-    strict_inputs: bool = False  # refuse inputs without connection and value, which else keep their start values
+    strict_inputs: bool = (
+        False  # refuse inputs that have neither a connection nor a value, which else keep their start values
+    )
     inputs: Paths | None = None  # CSV or Parquet files that feed inputs: `lockstep.plan.input_files`
     strict: bool = False  # refuse system files and model descriptions with offences that are else amended
     watch: Watch | None = None  # returns what looks at the recorded rows: `lockstep.results.monitor`

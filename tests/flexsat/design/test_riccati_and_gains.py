@@ -171,7 +171,7 @@ def test_regulator_weights(design):
 
 @pytest.fixture(scope="session")
 def variant(request, design):
-    """Return the design of a configuration: corrected, or with the slips of the published release."""
+    """Return the design of a configuration: corrected, or with the errors of the published release."""
     return build_design(design.config, AS_PUBLISHED) if request.param == "as published" else design
 
 

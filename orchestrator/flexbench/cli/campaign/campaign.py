@@ -47,12 +47,12 @@ examples:
     "--scheduler",
     type=NETWORK_ADDRESS,
     metavar="ADDRESS",
-    help="Dask scheduler, tcp://HOST:PORT, instead of processes here",
+    help="Dask scheduler, tcp://HOST:PORT, instead of processes on this machine",
 )
 @jobs_option
 @record_option
 @click.option("--stop-when", metavar="RULE",
-              help="end once the runs are enough: p95(METRIC) within 5 %, mean(METRIC) within 2 %,"
+              help="end once there are enough runs: p95(METRIC) within 5 %, mean(METRIC) within 2 %,"
               " probability(REQUIREMENT) within 1 %, requirement(REQUIREMENT) decided; several with `and`")  # fmt: skip
 @json_path_option("also write all numbers as JSON; - prints them instead")
 def campaign(

@@ -35,7 +35,7 @@ fmus_option = click.option(
 seed_option = click.option("--seed", type=SEED, metavar="N",
                            help=f"seed of plant and sensors (default: {DEFAULT_SEED})")  # fmt: skip
 python_option = click.option(
-    "--python", is_flag=True, help="with the FMUs in Python (default: the native ones, where they are built)"
+    "--python", is_flag=True, help="use the FMUs in Python (default: the native ones, where they are built)"
 )
 
 

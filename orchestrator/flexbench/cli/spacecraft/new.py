@@ -21,7 +21,7 @@ example:
 @command("new", _EXAMPLES, then="change the file, then {program} spacecraft {file}; {program} build {file}")
 @click.argument("file", type=PATH, metavar="FILE", help="file to write, such as my.toml; its name is the spacecraft's")
 def new(file: Path) -> int:
-    """Write the commented file of a spacecraft, to be changed and built: four wheels in a pyramid, two gyros."""
+    """Write a commented spacecraft file as a start: four wheels in a pyramid, two gyros."""
     from ...loop.spacecraft import write_start
 
     write_start(file)

@@ -27,13 +27,13 @@ FORMATS = (".png", ".svg")  # of figures
     "spacecraft", required=False, metavar="[SPACECRAFT]", help="a spacecraft's file, or the name of a built-in one"
 )
 @click.option("--list-modes", "modes", type=COUNT, default=12, metavar="N", help="modes to list (default: 12)")
-@click.option("--file", "show_file", is_flag=True, help="print the file itself")
+@click.option("--file", "show_file", is_flag=True, help="print the spacecraft file")
 @click.option("--schema", "show_schema", is_flag=True, help="print all keys of a file: units, defaults, ranges")
 @click.option(
     "--draw", "drawing", type=PATH, metavar="FILE", help="draw wheels, envelopes and modes, to a file .png or .svg"
 )
 def spacecraft(spacecraft: str | None, modes: int, show_file: bool, show_schema: bool, drawing: Path | None) -> int:
-    """Show mass, modes and how wheels and gyros reach them, nominal wheel speeds, torque and momentum envelopes."""
+    """Show mass, modes and their coupling to wheels and gyros, nominal wheel speeds, torque and momentum envelopes."""
     from flexsat.description.built_in import CONFIGURATIONS, built_in
     from flexsat.description.schema import schema_markdown
 
