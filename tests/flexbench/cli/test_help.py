@@ -95,6 +95,7 @@ def test_options_of_one_name_are_one_thing_in_every_command():
         "--stop-time",  # a text where it is exact
         "--seed",
         "--vary",  # values of one variable, or kinds of errors
+        "--as-published",  # the variant that is simulated, or one of two
     }
     for program, name in COMMANDS:
         for option in PROGRAMS[program].get_command(None, name).params:
