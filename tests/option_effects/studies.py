@@ -57,7 +57,7 @@ EFFECTS = {
     "flexsat health": JSON
     | {
         "--seeds": "flexbench/studies/health/test_health.py::test_bounds_of_an_average_are_those_of_chi_square",
-        **dict.fromkeys(("--stop-time", "--set", "--out", "--python", "--jobs"), _VALUES),
+        **dict.fromkeys(("--stop-time", "--set", "--input", "--out", "--python", "--jobs"), _VALUES),
     },
     "flexsat robustness": JSON
     | {

@@ -9,7 +9,15 @@ from pathlib import Path
 import click
 
 from lockstep.cli.command import command
-from lockstep.cli.options import DISTINGUISHED, assignments, jobs_option, out_option, set_option, stop_time_option
+from lockstep.cli.options import (
+    DISTINGUISHED,
+    assignments,
+    input_option,
+    jobs_option,
+    out_option,
+    set_option,
+    stop_time_option,
+)
 from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import PATH
 
@@ -28,6 +36,7 @@ example:
 @seeds_option(2)
 @stop_time_option(100.0)
 @set_option
+@input_option
 @out_option(f"results folder (default: results/health{DISTINGUISHED})")
 @python_option
 @jobs_option
@@ -36,6 +45,7 @@ def health(
     seed_count: int,
     stop_time: float,
     settings: tuple[str, ...],
+    inputs: tuple[Path, ...],
     out: Path | None,
     python: bool,
     jobs: int | None,
@@ -51,7 +61,8 @@ def health(
 
     numbers, overrides = seeds(seed_count), assignments(settings)
     with study_folder(out, "health") as folder:
-        found = run_health(system, folder, numbers, stop_time, overrides, jobs, python, partial(print, flush=True))
+        say = partial(print, flush=True)
+        found = run_health(system, folder, numbers, stop_time, overrides, jobs, python, say, inputs)
         paths = save_figure(estimator_health(found), folder / "figures", "estimator-health")
         show_table(HEADER, table_rows(found))
         outside = 100 * found.whiteness.outside

@@ -41,7 +41,7 @@ class Job:
 
     `record` as in `simulate`. Without `metrics` the run may be short: the paper's metrics need more than 150 s.
     With a checkpoint the run begins there; without a system it is that of the checkpoint. `native`: with the native
-    FMUs beside those of the system.
+    FMUs beside those of the system. `inputs`: files of signals for inputs.
     """
 
     system: Path | None
@@ -52,6 +52,7 @@ class Job:
     metrics: bool = True
     checkpoint: Path | None = None
     native: bool = False
+    inputs: tuple[Path, ...] = ()
     reinitialised: tuple[str, ...] = ()  # components that do not take their state from the checkpoint
 
     @property
@@ -100,6 +101,7 @@ def run_job(job: Job) -> Finished:
             progress=report_progress,
             restart=restart,
             watch=watch_run,
+            inputs=job.inputs or None,
         )
         keep_flown(job.folder)
         metrics = write_paper_metrics(job.folder) if job.metrics else {}
@@ -115,6 +117,7 @@ def _mark(job: Job, system: System) -> str:
     """Return what the content of a job's folder depends on."""
     checkpoint = None if job.checkpoint is None else digest_of(job.checkpoint)
     what = [job.stop_time, job.record, job.metrics, job.native, list(job.reinitialised), checkpoint]
+    what += [digest_of(path) for path in job.inputs]
     return fingerprint(of_system(system), dict(job.overrides), what)
 
 

@@ -40,6 +40,10 @@ set_option = click.option(
     metavar="C.P=V",
     help="set parameter P of component C; a number may have a unit: 0.1arcsec",
 )
+input_option = click.option(
+    "--input", "inputs", type=PATH, multiple=True, metavar="FILE",
+    help="CSV or Parquet file of input signals: a column `time` in seconds, the others named C.INPUT",
+)  # fmt: skip
 record_option = click.option(
     "--record", multiple=True, metavar="PATTERN",
     help="outputs to record, `all` for all (default: the system's); and variables by their names, `locals:plant.*`, "

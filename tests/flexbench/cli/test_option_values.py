@@ -102,6 +102,7 @@ CALLS = {
             "--seeds": (("3",), "range(1, 4)"),
             "--stop-time": (("9",), "9.0"),
             "--set": (("controller.design=published",), "{'controller.design': 'published'}"),
+            "--input": (("torque.csv",), "torque.csv"),
             "--out": (("there",), "'there'"),
             "--python": ((), "True"),
             "--jobs": (("7",), "7"),

@@ -1,4 +1,4 @@
-"""A signal to a study ends its processes, with their results closed; a job holds its folder."""
+"""A signal to a study ends its processes, with their results closed; a job holds its folder, and feeds its inputs."""
 
 import json
 import os
@@ -79,3 +79,13 @@ def test_a_job_that_is_complete_is_not_repeated_unless_what_it_depends_on_has_ch
     (tmp_path / "out/job.json").write_text(json.dumps({**content, "depends_on": "other code"}))
     run_job(job(overrides={"a.seed": 2}))
     assert (tmp_path / "out/signals.parquet").stat().st_mtime_ns > after.st_mtime_ns
+
+
+def test_a_job_feeds_its_inputs_and_is_another_one_once_their_file_changes(system, tmp_path):
+    file = tmp_path / "u.csv"
+    for value in (2.5, -1.0):
+        file.write_text(f"time,a.u\n0,{value}\n", encoding="utf-8")
+        job = Job(system=system, folder=tmp_path / "out", metrics=False, stop_time=0.01, inputs=(file,),
+                  record=("inputs:a.u",))  # fmt: skip
+        run_job(job)
+        assert set(read_signals(tmp_path / "out")["a.u"]) == {value}

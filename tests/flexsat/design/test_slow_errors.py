@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from flexsat import slow_errors
 from flexsat.design.slow_errors import SlowNoise, design_slow_filter
 from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, relative_mrp, rotate_quaternion
+from flexsat.slow_errors import ATTITUDE, RATE
 
 INERTIA = np.array([[900.0, 30.0, 0.0], [30.0, 1100.0, -20.0], [0.0, -20.0, 1500.0]])
 NOISE = SlowNoise(gyro=2e-7, star_tracker=5e-6, torque=2e-5, torque_walk=5e-6, bias_walk=2e-7)
@@ -133,3 +134,44 @@ def test_errors_of_the_filter_decay(choice):
     rest = a[some] @ (np.eye(len(used)) - found.between[used] @ seen[:4, used])
     over = np.linalg.matrix_power(rest, PHASES - 1) @ first
     assert np.abs(np.linalg.eigvals(over)).max() < 1.0 - 1e-4
+
+
+@pytest.mark.parametrize("choice", [(True, False), (False, True), BOTH])
+def test_errors_of_a_truth_that_walks_as_assumed_have_the_covariance_of_the_filter(choice):
+    """NEES of 400 bodies at once, whose torque and biases walk: one is consistent.
+
+    Without an estimated torque the rate wanders by the noise of a gyro a step, as the filter assumes.
+    """
+    found, slow = _prepared(AXES, choice)
+    random, members, gyros = np.random.default_rng(2), 400, len(AXES)
+    white = NOISE.torque / np.sqrt(PERIOD) if choice[0] else 0.0
+    walks = np.repeat(np.array([NOISE.torque_walk, NOISE.bias_walk]) * choice * np.sqrt(PERIOD), [3, gyros])
+    truth = {"attitude": np.zeros((members, 3)), "rate": np.zeros((members, 3)), "slow": np.zeros((members, 3 + gyros))}
+    known = {name: value.copy() for name, value in truth.items()}
+    squares = []
+    used = np.repeat(choice, [3, gyros])
+    inside = found.covariance[6:, 6:][np.ix_(used, used)]
+    wander = NOISE.gyro  # rad/s in a step
+    for step in range(round(45.0 / PERIOD)):
+        pushed = (truth["slow"][:, :3] + white * random.standard_normal((members, 3))) @ slow.mobility.T * PERIOD
+        if not choice[0]:
+            pushed = wander * random.standard_normal((members, 3))
+        for one, change in ((truth, pushed), (known, PERIOD * known["slow"][:, :3] @ slow.mobility.T)):
+            one["attitude"] += PERIOD * (one["rate"] + 0.5 * change)
+            one["rate"] += change
+        truth["slow"] += walks * random.standard_normal((members, 3 + gyros))
+        seen = truth["rate"] @ AXES.T + truth["slow"][:, 3:] + NOISE.gyro * random.standard_normal((members, gyros))
+        innovation = seen - known["rate"] @ AXES.T - known["slow"][:, 3:]
+        if step % PHASES:
+            gain = slow.between
+        else:
+            error = (known["slow"] - truth["slow"])[:, used]
+            squares.append(np.mean(np.sum(error * np.linalg.solve(inside, error.T).T, axis=1)) / len(inside))
+            off = truth["attitude"] + NOISE.star_tracker * random.standard_normal((members, 3)) - known["attitude"]
+            innovation, gain = np.hstack([innovation, off]), slow.sample
+        change = innovation @ gain.T
+        known["attitude"] += change[:, ATTITUDE]
+        known["rate"] += change[:, RATE]
+        known["slow"] += change[:, RATE.stop :]
+    nees = np.mean(squares[-150:])
+    assert nees == pytest.approx(1.0, abs=0.06)  # 400 members of 3 to 7 degrees, over few time constants

@@ -116,9 +116,10 @@ def analyse(replays: Mapping[int, Replay], design: Design, settled_from: float =
 def _slow_errors(runs: Sequence[Replay], design: Design) -> tuple[dict[str, Average], float | None]:
     """Average over time and seeds, from where the filter of torque and biases has settled; each seed is one sample.
 
-    Means of the errors over a second are judged too: the filter takes gyros for those of a rigid body, so that its
-    estimates follow the vibration at the wheels' harmonics, which its covariance does not count. With it, for runs that
-    end before, the time [s] that is needed.
+    The filter takes gyros for those of a rigid body, so that its estimates follow the vibration at the wheels'
+    harmonics: where wheels have jitter its covariance has that of the vibration added. Means of the errors over a
+    second, in which little of it is left, are judged by the filter's covariance alone. With it, for runs that end
+    before, the time [s] that is needed.
     """
     given = [run.slow for run in runs if run.slow is not None]
     if not given:
@@ -130,10 +131,12 @@ def _slow_errors(runs: Sequence[Replay], design: Design) -> tuple[dict[str, Aver
     found = {}
     for name, part in groups(given[0].choice, given[0].error.shape[1] - TORQUES).items():
         inside = known.covariance[part, part]
+        shaken = inside + known.vibration[part, part] if given[0].shaken else inside
         judged = [slow.error[run.time >= start, part] for run, slow in zip(runs, given, strict=True)]
         rows = round(MEANS / design.config.rates.controller)
-        for label, errors in ((name, judged), (f"{name}, 1 s", [block_means(one, rows) for one in judged])):
-            squares = [np.sum(normalised(one, inside) ** 2, axis=1) for one in errors]
+        means = [block_means(one, rows) for one in judged]
+        for label, errors, covariance in ((name, judged, shaken), (f"{name}, 1 s", means, inside)):
+            squares = [np.sum(normalised(one, covariance) ** 2, axis=1) for one in errors]
             found[label] = average(np.array([np.mean(one) for one in squares]), part.stop - part.start)
     return found, None
 

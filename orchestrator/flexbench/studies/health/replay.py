@@ -100,6 +100,7 @@ def replay(run: Run, *, slow: bool = False, torque: str | None = None) -> Replay
     error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, flown)[rows]])
     error[:, :3] = 0.25 * error_rotation(estimate[:, :3], truth[0])  # MRPs do not subtract far from zero
     choice = (parameters.estimates_torque, parameters.estimates_bias)
+    sensing = _parameters(run, "sensors")
     return Replay(
         time=time,
         phase=phase,
@@ -109,8 +110,9 @@ def replay(run: Run, *, slow: bool = False, torque: str | None = None) -> Replay
         slow=slow_errors(
             estimated,
             _constant_torque(run, len(time)) if torque is None else signals[torque][rows],
-            true_biases(design, _parameters(run, "sensors"), len(time)),
+            true_biases(design, sensing, len(time)),
             choice,
+            bool(sensing.get("jitter.enabled", True)),
         )
         if slow and any(choice)
         else None,

@@ -18,6 +18,8 @@ from flexsat.runtime.sensors import STREAM
 from flexsat.sensor_errors import add_fast_errors, init_errors, star_tracker_error
 from flexsat.slow_errors import RATE, TORQUES
 
+from .vibration import Step, measured_vibration, ripple
+
 SETTLED = 8.0  # time constants of the filter from which on it is judged: 1 deg/h is 1,300 deviations of a bias
 
 
@@ -27,6 +29,7 @@ class SlowErrors:
 
     error: Array  # (rows, 3 + g): external torque [N.m], bias of each gyro [rad/s]
     choice: tuple[bool, bool]  # whether the torque and the biases are estimated
+    shaken: bool = True  # whether the wheels had jitter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +37,7 @@ class SlowCovariance:
     """What the filter knows of its errors in the steady state."""
 
     covariance: Array  # (3 + g, 3 + g), predicted for a sample of the star tracker
+    vibration: Array  # (3 + g, 3 + g), of what the wheels' harmonics add, which the filter does not know
     time_constant: float  # s: of its slowest error
 
 
@@ -68,7 +72,7 @@ def true_biases(design: Design, given: Mapping[str, Any], samples: int) -> Array
 
 
 def slow_covariance(design: Design, fine: bool, choice: tuple[bool, bool]) -> SlowCovariance:
-    """Return the covariance of the errors of torque and biases, and how slowly they decay."""
+    """Return the covariance of the errors of torque and biases, what the wheels' vibration adds, and how they decay."""
     craft, rates = design.spacecraft, design.config.rates
     axes, period = craft.gyros.axis, rates.controller
     phases = round(rates.star_tracker / period)
@@ -80,11 +84,15 @@ def slow_covariance(design: Design, fine: bool, choice: tuple[bool, bool]) -> Sl
     a[:3, 6:9], a[3:6, 6:9] = 0.5 * period**2 * np.linalg.inv(craft.inertia), period * np.linalg.inv(craft.inertia)
     seen[:gyros, RATE], seen[:gyros, RATE.stop + TORQUES :], seen[gyros:, :3] = axes, np.eye(gyros), np.eye(3)
     some = np.ix_(used, used)
-    first = a[some] @ (np.eye(len(used)) - found.sample[used] @ seen[:, used])
-    rest = a[some] @ (np.eye(len(used)) - found.between[used] @ seen[:gyros, used])
-    radius = float(np.abs(np.linalg.eigvals(np.linalg.matrix_power(rest, phases - 1) @ first)).max())
+    between = np.hstack([found.between, np.zeros((size, 3))])  # which sees no star tracker
+    steps = [Step(a=(np.eye(len(used)) - gain[used] @ seen[:, used]) @ a[some], gain=gain[used])
+             for gain in (found.sample, *[between] * (phases - 1))]  # fmt: skip
+    radius = float(np.abs(np.linalg.eigvals(np.linalg.multi_dot([one.a for one in reversed(steps)]))).max())
+    vibration = np.zeros((size, size))
+    vibration[some] = ripple(steps, period, *measured_vibration(design))
     return SlowCovariance(
         covariance=found.covariance[RATE.stop :, RATE.stop :],
+        vibration=vibration[RATE.stop :, RATE.stop :],
         time_constant=-phases * period / float(np.log(radius)),
     )
 
@@ -95,8 +103,10 @@ def block_means(errors: Array, rows: int) -> Array:
     return np.asarray(errors[:whole].reshape(-1, rows, errors.shape[1]).mean(axis=1))
 
 
-def slow_errors(estimate: Array, torque: Array, biases: Array, choice: tuple[bool, bool]) -> SlowErrors:
+def slow_errors(
+    estimate: Array, torque: Array, biases: Array, choice: tuple[bool, bool], shaken: bool = True
+) -> SlowErrors:
     """Return the errors of estimates (rows, 3 + g) against the true torque (rows, 3) and biases (rows, g)."""
     error = estimate - np.hstack([torque, biases])
     kept: NDArray[np.bool_] = np.repeat(np.array(choice), [TORQUES, biases.shape[1]])
-    return SlowErrors(error=np.where(kept, error, 0.0), choice=choice)
+    return SlowErrors(error=np.where(kept, error, 0.0), choice=choice, shaken=shaken)

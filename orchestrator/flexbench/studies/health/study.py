@@ -8,6 +8,7 @@ from typing import Any
 
 from lockstep import InputError, System, load_system
 from lockstep.plan.overrides import refuse_unknown
+from lockstep.results.table_file import open_table
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.fmu_choice import Report, choose_fmus, silent
@@ -18,6 +19,7 @@ from .replay import MEASURED, replay
 from .statistics import Average
 
 RESULT = "health.json"
+FED = "plant.external.torque"
 SEEDED = ("plant.seed", "sensors.seed")
 HEADER = ("quantity", "average", "95 % if consistent", "degrees of freedom", "assessment")
 
@@ -31,6 +33,7 @@ def run_health(
     processes: int | None,
     python: bool = False,
     report: Report = silent,
+    inputs: Sequence[Path] = (),
 ) -> Health:
     """Simulate all seeds in parallel and judge them; write the runs and health.json to `folder`.
 
@@ -39,6 +42,7 @@ def run_health(
     system, seeds, stop, overrides, processes : of the runs
     python : simulate the FMUs in Python; else the native ones where they are built
     report : called with the kind of the FMUs, as a line
+    inputs : files of signals for inputs, in all runs the same
 
     Raises
     ------
@@ -56,7 +60,7 @@ def run_health(
     refuse_unknown(overrides, loaded)
     chosen = choose_fmus([loaded], python)
     report(chosen.text)
-    torque = _torque_source(loaded)
+    torque = _torque_source(loaded, inputs)
     patterns = (*loaded.record, *MEASURED, *([] if torque is None else [torque]))
     jobs = [
         Job(
@@ -67,6 +71,7 @@ def run_health(
             record=patterns,
             metrics=False,
             native=chosen.native,
+            inputs=tuple(inputs),
         )
         for seed in seeds
     ]
@@ -78,8 +83,10 @@ def run_health(
     return health
 
 
-def _torque_source(system: System) -> str | None:
+def _torque_source(system: System, inputs: Sequence[Path] = ()) -> str | None:
     """Return what gives the external torque on the plant, as component and port; None: it is constant.
+
+    Of a file of signals it is the plant's input itself, which the run records as it was.
 
     Raises
     ------
@@ -96,7 +103,7 @@ def _torque_source(system: System) -> str | None:
     for one in system.connections:
         if (one.to_component, one.input) == ("plant", into):
             return f"{one.from_component}.{one.output.partition('[')[0]}"
-    return None
+    return FED if any(name.startswith(FED) for path in inputs for name in open_table(path).names) else None
 
 
 def write_health(health: Health, folder: Path, fmus: str) -> None:

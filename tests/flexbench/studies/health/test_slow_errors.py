@@ -45,12 +45,12 @@ def test_the_biases_that_walked_are_drawn_again_beside_a_drift_of_the_star_track
 
 
 def replay_of(known, choice, factor=1.0, end=None):
-    """Return a run whose errors are drawn from the filter's covariance, long after it has settled."""
+    """Return a run whose errors have the covariance of filter and vibration, long after the filter has settled."""
     start = 8.0 * known.time_constant
     last = start + 40.0 if end is None else end
     time = np.concatenate([np.linspace(0.0, 0.99 * start, 100), np.linspace(start, last, 4000)])
     used = np.diag(known.covariance) > 0.0
-    part = known.covariance[np.ix_(used, used)]
+    part = (known.covariance + known.vibration)[np.ix_(used, used)]
     error = np.zeros((len(time), len(used)))
     white = np.random.default_rng(5).standard_normal((len(time), used.sum()))
     error[:, used] = factor * white @ np.linalg.cholesky(part).T
@@ -85,21 +85,33 @@ def test_errors_of_the_filters_covariance_are_consistent_and_twice_as_large_ones
     assert short.needs == pytest.approx(8.0 * known.time_constant + 2.0)
 
 
-def test_vibration_is_left_out_of_means_over_a_second(design):
+def test_vibration_is_counted_in_single_rows_and_left_out_of_means_over_a_second(design):
     """Biases off by one draw, and a vibration at the wheels' speeds that the filter takes for rate."""
     known = slow_covariance(design, True, (False, True))
     time, slow = replay_of(known, (False, True))
     judged = time >= 8.0 * known.time_constant
-    deviation = np.sqrt(np.diag(known.covariance))
+    inside, shaken = known.covariance[3:, 3:], (known.covariance + known.vibration)[3:, 3:]
     slow.error[judged] = slow.error[-1]
-    still = float(np.sum(normalised(slow.error[-1:, 3:], known.covariance[3:, 3:]) ** 2)) / (len(deviation) - 3)
-    vibration = np.sin(2.0 * np.pi * 4.0 * time)[:, np.newaxis] * 1.5 * deviation * np.cos(np.arange(len(deviation)))
-    run = Replay(time=time, phase=np.arange(len(time)) % 20, error=np.ones((len(time), design.model.index.unfiltered)),
-                 innovation=np.random.default_rng(1).standard_normal((len(time), len(design.fine.c))), fine=True,
-                 slow=SlowErrors(error=slow.error + vibration, choice=(False, True)))  # fmt: skip
-    found = analyse({1: run}, design).error
-    assert found["gyro biases"].value > still + 0.4
-    assert found["gyro biases, 1 s"].value == pytest.approx(still, rel=1e-3)  # rows lie 0.01 s apart but for 1/4000
+    still = float(np.sum(normalised(slow.error[-1:, 3:], inside) ** 2)) / len(inside)
+    # the direction in which the vibration is largest, at 4 Hz
+    vibration = np.zeros_like(slow.error)
+    vibration[:, 3:] = np.outer(np.sin(2.0 * np.pi * 4.0 * time), np.sqrt(2.0 * np.diag(known.vibration)[3:]))
+    shaken_error = slow.error + vibration
+
+    def judge(wheels_shake):
+        run = Replay(time=time, phase=np.arange(len(time)) % 20, fine=True,
+                     error=np.ones((len(time), design.model.index.unfiltered)),
+                     innovation=np.random.default_rng(1).standard_normal((len(time), len(design.fine.c))),
+                     slow=SlowErrors(error=shaken_error, choice=(False, True), shaken=wheels_shake))  # fmt: skip
+        return analyse({1: run}, design).error
+
+    counted, ignored = judge(True), judge(False)
+    each = shaken_error[judged, 3:]
+    for found, covariance in ((counted, shaken), (ignored, inside)):
+        expected = float(np.mean(np.sum(normalised(each, covariance) ** 2, axis=1))) / len(inside)
+        assert found["gyro biases"].value == pytest.approx(expected)
+        assert found["gyro biases, 1 s"].value == pytest.approx(still, rel=2e-3)  # rows are 0.01 s apart but for 1/4000
+    assert ignored["gyro biases"].value > counted["gyro biases"].value + 0.4
 
 
 def test_the_torque_is_as_slow_as_its_walk_says(design):
@@ -119,11 +131,16 @@ def connection(source, output, target, name):
     return Connection(from_component=source, output=output, to_component=target, input=name, delay=0)
 
 
-def test_a_controller_behind_a_mission_manager_is_refused_and_an_environment_names_its_torque():
+def test_a_controller_behind_a_mission_manager_is_refused_and_the_source_of_the_torque_is_named(tmp_path):
     torque = connection("environment", "external.torque[1]", "plant", "external.torque[1]")
     system = SimpleNamespace(name="m", connections=(torque, connection("sensors", "x", "controller", "x")))
     assert _torque_source(system) == "environment.external.torque"
     assert _torque_source(SimpleNamespace(name="m", connections=())) is None
+    header = tmp_path / "torque.csv"
+    header.write_text("time,plant.external.torque[1]\n0,1\n", encoding="utf-8")
+    assert _torque_source(SimpleNamespace(name="m", connections=()), [header]) == "plant.external.torque"
+    header.write_text("time,plant.external.force[1]\n0,1\n", encoding="utf-8")
+    assert _torque_source(SimpleNamespace(name="m", connections=()), [header]) is None
     system.connections += (connection("mission", "shown.encoder.speed[1]", "controller", "encoder.speed[1]"),)
     with pytest.raises(InputError, match=r"controller.encoder.speed\[1\] comes from mission; .* environment.ssd"):
         _torque_source(system)
