@@ -41,6 +41,8 @@ def read_appendages(source: Source, entries: Any, folder: Path) -> tuple[tuple[A
             if not isinstance(entry.get(key), str):
                 source.refuse(keys, f"{key} is missing; write for example"
                               f' {key} = "{"north" if key == "name" else "array.npz"}"')  # fmt: skip
+        if "axis" in entry and not {"angle", "turns"} & entry.keys():
+            source.refuse([*keys, "axis"], "is that of a drive; give its angle, or turns = true, too", entry["axis"])
         if "axis" in entry:
             values["axis"] = read_axis(source, entry["axis"], [*keys, "axis"])
         name, content = _content(source, entry["file"], [*keys, "file"], folder)

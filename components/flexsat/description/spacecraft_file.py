@@ -24,7 +24,7 @@ from .appendage_tables import read_appendages
 from .configuration import RELEASE, Configuration, Release, check_name
 from .fields import make, read_fields, refuse_as
 from .nodes import check_nodes, read_modes
-from .placed_devices import read_devices, read_sites
+from .placed_devices import KIND, read_devices, read_sites
 from .placement import Bus, Site
 from .source import Source
 from .wheel_kinds import TABLE as WHEEL_KINDS
@@ -108,6 +108,10 @@ def parse_spacecraft(text: str, name: str, folder: Path = Path()) -> SpacecraftF
             source.refuse([kind], "is missing; write for example"
                           f' {kind} = [{{ at = "bus", axes = ["+x", "+y", "+z"] }}]')  # fmt: skip
         values[kind] = read_devices(source, tables[kind], kind, sites, kinds if kind == "wheels" else None)
+    used = [entry.get(KIND) for entry in tables["wheels"]]
+    for name in kinds:
+        if name not in used:
+            source.refuse([WHEEL_KINDS, name], f'has no wheel; write kind = "{name}" in an entry of wheels')
     if RELEASE in tables:
         values["release"] = _release(source, tables[RELEASE], sites)
     common = {

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 from lockstep.data_text import parse_toml
 from lockstep.errors import InputError, suggestion
 
-from .distributions import Drawn, read_drawn
+from .distributions import CASE, Drawn, read_drawn
 from .histories import Histories, read_histories
 from .metrics import METRIC_KEYS, MetricSource, read_metrics
 from .statistics.sample import Metric, Requirement
@@ -131,6 +131,7 @@ def read_campaign(path: Path) -> Campaign:
         branch_seeds=texts_of(about, "branch_seeds", f"{where}: campaign"),
     )  # fmt: skip
     _check(campaign, where)
+    _check_idle(campaign, about, where)
     return campaign
 
 
@@ -147,6 +148,25 @@ def _check_targets(campaign: Campaign, where: str) -> None:
             if earlier := given.get((one.kind, target)):
                 raise InputError(f"{where}: input.{one.name}: {target} is given by {earlier} too; leave one out")
             given[one.kind, target] = f"input.{one.name}"
+
+
+def _check_idle(campaign: Campaign, about: Mapping[str, Any], where: str) -> None:
+    """Refuse keys of [campaign], and correlations, that have no effect beside the others."""
+    drawn = (Path(str(path)) for one in campaign.inputs if one.kind == "system" for path in one.drawn.values)
+    idle = {
+        "scenario": not any(map(is_spacecraft, (*campaign.systems.values(), *drawn)))
+        and "it chooses among the systems that are built of spacecraft files, and there is none",
+        "record": any(one.of == "paper" for one in campaign.sources.values())
+        and 'beside a metric of = "paper" all is recorded that the system file says',
+    }
+    for key, reason in idle.items():
+        if key in about and reason:
+            raise InputError(f"{where}: campaign: {key}: has no effect: {reason}; leave it out")
+    if campaign.correlations and campaign.sampling not in COUNTED:
+        raise InputError(f"{where}: correlation: sampling = {campaign.sampling!r} draws nothing; leave it out")
+    for one in campaign.inputs:
+        if one.drawn.distribution == CASE and any(one.name in pair for pair in campaign.correlations):
+            raise InputError(f"{where}: correlation: {one.name} is the number of the case, and not drawn; leave it out")
 
 
 def _check(campaign: Campaign, where: str) -> None:
@@ -219,7 +239,8 @@ def _correlations(entries: Any, names: Sequence[str], where: str) -> dict[tuple[
                 )
         if value is None or not -1.0 < value < 1.0:
             raise InputError(f"{here}: value = {value!r}: must be between -1 and 1")
-        found[min(pair), max(pair)] = value
+        if found.setdefault((min(pair), max(pair)), value) != value:
+            raise InputError(f"{here}: {pair[0]} and {pair[1]} have another correlation above; leave one out")
     return found
 
 

@@ -13,6 +13,8 @@ import scipy.stats
 from flexsat.arrays import Array
 from lockstep.errors import InputError, suggestion
 
+from .toml_values import flag_of
+
 Value = float | int | bool | str
 CASE = "case"  # distribution: the number of the case, for seeds
 _OWN = ("distribution", "values", "nominal", "round")
@@ -90,6 +92,9 @@ def read_drawn(entry: Mapping[str, Any], where: str) -> Drawn:
     name = entry.get("distribution", "")
     values = entry.get("values", [])
     parameters = {key: value for key, value in entry.items() if key not in _OWN}
+    whole = flag_of(entry, "round", where, False)
+    if "round" in entry and (not name or name == CASE):
+        raise InputError(f"{where}: round: has an effect with a distribution of scipy.stats only; leave it out")
     if name and values:
         raise InputError(f"{where}: values: stand beside a distribution; give one of both")
     if not isinstance(values, list) or not all(isinstance(one, bool | int | float | str) for one in values):
@@ -107,7 +112,7 @@ def read_drawn(entry: Mapping[str, Any], where: str) -> Drawn:
         parameters=tuple((key, float(value)) for key, value in parameters.items()),
         values=tuple(values),
         nominal=entry.get("nominal"),
-        whole=entry.get("round", False) is True,
+        whole=whole,
     )
 
 

@@ -57,9 +57,11 @@ def read_histories(about: Mapping[str, Any], bands: Sequence[Any], metrics: Sequ
             raise InputError(f'{here}: {key}: has an effect with histories = "worst" only; leave it out')
     if bool(bands) != (kept == "bands"):
         raise InputError(f'{here}: histories: [[band]] tables and histories = "bands" belong together')
+    if kept == "worst" and not whole_of(about, "worst", here, 10):
+        raise InputError(f'{here}: worst = 0: must be a number of runs; none are kept with histories = "none"')
     return Histories(
         kept=next(one for one in KEPT if one == kept),
-        worst=max(1, whole_of(about, "worst", here, 10)) if kept == "worst" else 0,
+        worst=whole_of(about, "worst", here, 10) if kept == "worst" else 0,
         by=one_of(about, "by", metrics, here) if kept == "worst" else "",
         bands=tuple(_band(entry, f"{where}: band {number}") for number, entry in enumerate(bands, start=1)),
     )
@@ -75,6 +77,9 @@ def _band(entry: Any, where: str) -> Band:
         raise InputError(f"{where}: needs signal, period and resolution, both > 0")
     unit = LOOP.get(signal, "")
     shown = text_of(entry, "unit", where, unit)
+    if shown and not unit:
+        raise InputError(f"{where}: unit = {shown!r}: the resolution of a recorded signal is in that signal's own unit;"
+                         " leave it out")  # fmt: skip
     if unit:
         try:
             resolution *= conversion(UNITS[shown], UNITS[unit])[0]

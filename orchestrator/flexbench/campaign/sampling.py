@@ -127,11 +127,13 @@ def _columns(path: Path) -> dict[str, list[Value]]:
         raise InputError(
             f"{path}: cannot be read ({error}); give a CSV or Parquet file with a column an input"
         ) from None
-    header = rows[0] if rows else []
+    header = [name.strip() for name in rows[0]] if rows else []
+    if twice := [name for name in header if header.count(name) > 1]:
+        raise InputError(f"{path}: column {twice[0]}: stands there twice; remove one of them")
     for number, row in enumerate(rows[1:], start=2):
         if len(row) != len(header):
             raise InputError(f"{path}: line {number}: has {len(row)} values, and there are {len(header)} columns")
-    return {name.strip(): [_plain(row[k]) for row in rows[1:]] for k, name in enumerate(header)}
+    return {name: [_plain(row[k]) for row in rows[1:]] for k, name in enumerate(header)}
 
 
 def _plain(text: str) -> Value:

@@ -11,6 +11,7 @@ from typing import Any
 
 from flexsat.description.spacecraft_file import SpacecraftFile, parse_spacecraft
 from flexsat.errors import SpacecraftFileError
+from flexsat.fmu.native.sources import NATIVE
 from lockstep.data_text import parse_toml
 from lockstep.errors import InputError
 from lockstep.results.run_record import to_toml
@@ -64,7 +65,8 @@ def _built(
     from ..loop.build import build_files
 
     target = folder / "spacecraft" / _digest(spacecraft)
-    system = target / spacecraft.name / "native" / f"{campaign.scenario}.ssd"
+    fmus = target / spacecraft.name
+    system = (fmus if campaign.python else fmus / NATIVE) / f"{campaign.scenario}.ssd"
     if not target.is_dir():
         report(f"{path.name}: building its FMUs{which}")
         partial = target.with_name(f".{target.name}")

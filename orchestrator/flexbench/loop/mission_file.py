@@ -65,7 +65,11 @@ def mission_values(system: System, path: Path) -> dict[str, Value]:
     for key in tables:
         if key not in _TABLES:
             raise file.refuse((key,), f"{key}: no such table; a mission has [[command]] and [set]")
-    return {**_timeline(file, tables.get("command", [])), **_settings(file, tables.get("set", {}))}
+    commands = _timeline(file, tables.get("command", []))
+    settings = _settings(file, tables.get("set", {}))
+    if twice := commands.keys() & settings:
+        raise file.refuse(("set",), f"{min(twice)} is of the commands above too; give commands by [[command]] alone")
+    return {**commands, **settings}
 
 
 def _timeline(file: _File, commands: Any) -> dict[str, Value]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fnmatch import fnmatchcase
 
 from lockstep.adapter.conversion import Conversion, convert, flag
@@ -15,6 +15,9 @@ from lockstep.results.signal_patterns import matching
 from lockstep.system.adapter_file import Adapter, AdapterEntry
 from lockstep.system.component import Value
 from lockstep.system.unit_table import UNITS, gain_between
+
+_OF_NUMBERS = ("unit", "scale", "offset", "sign", "order", "frame", "attitude")  # keys of entries
+_OF_FLAGS = ("true", "false")
 
 Variables = Mapping[str, Variable]  # interface ports of a component, or variables of an FMU, by name
 
@@ -121,9 +124,11 @@ def _bound(entry: AdapterEntry, ports: Variables, fmu: Variables) -> Bound:
 
 def _conversion(entry: AdapterEntry, ports: Sequence[Variable], variables: Sequence[Variable]) -> Conversion:
     if all(v.type == "Boolean" for v in ports):
+        _refuse_idle(entry, _OF_NUMBERS, "on Booleans; true and false give the numbers of the FMU")
         return flag(entry)
     if any(v.type == "Boolean" for v in ports):
         raise InputError(f"{entry.location}: port mixes Booleans and numbers; make two entries of it")
+    _refuse_idle(entry, _OF_FLAGS, "on numbers; scale, sign and offset convert them")
     gains, biases = [1.0] * len(variables), [0.0] * len(variables)
     if entry.attitude is None:  # an attitude has no unit
         order = entry.order or range(1, len(ports) + 1)
@@ -136,6 +141,16 @@ def _conversion(entry: AdapterEntry, ports: Sequence[Variable], variables: Seque
             except ValueError as error:
                 raise InputError(f"{entry.location}: {port.name}: {error}; correct unit") from None
     return convert(entry, len(ports), len(variables), gains, biases)
+
+
+def _refuse_idle(entry: AdapterEntry, keys: Sequence[str], reason: str) -> None:
+    """Refuse keys of an entry that its arithmetic leaves out: a sign that is ignored is a wrong sign."""
+    defaults = {item.name: item.default for item in fields(entry)}
+    for key in keys:
+        if (value := getattr(entry, key)) != defaults[key]:
+            given = value if isinstance(value, tuple) else (value,)
+            text = ", ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in given)
+            raise InputError(f"{entry.location}: {key} = {text}: has no effect {reason}")
 
 
 def _hold(entry: AdapterEntry, ports: Variables) -> Variable | None:
@@ -170,12 +185,11 @@ def _port_names(text: str, ports: Variables, entry: AdapterEntry) -> list[str]:
 
 def _variable_names(entry: AdapterEntry, count: int, fmu: Variables) -> list[str]:
     pattern = entry.variables[0]
-    if len(entry.variables) > 1 or "*" not in pattern:
-        return list(entry.variables)
-    if pattern.endswith("[*]"):
-        grid = elements_of(pattern.removesuffix("[*]"), fmu)
-        if grid and len(split_element(grid[0])[1]) > 1:
-            return grid
+    grid = elements_of(pattern.removesuffix("[*]"), fmu) if pattern.endswith("[*]") else []
+    of_matrix = bool(grid) and len(split_element(grid[0])[1]) > 1
+    if of_matrix or "*" not in pattern:
+        _refuse_idle(entry, ("index_base",), "here; it is the first number of an array written with a star")
+        return grid if of_matrix else list(entry.variables)
     names = [pattern.replace("*", str(entry.index_base + k)) for k in range(count)]
     more = pattern.replace("*", str(entry.index_base + count))
     if more in fmu and names[-1] in fmu:
@@ -235,6 +249,8 @@ def _substitutes(adapter: Adapter, ports: Variables, made: set[str]) -> dict[str
         if made & set(names):
             raise InputError(f"{what}: an [[output]] makes it already; remove one of them")
         for name in names:
+            if name in found:
+                raise InputError(f"{what}: {name} has one already; remove one of them")
             found[name] = float(parse_value(value, ports[name], what))
     return found
 
@@ -243,6 +259,11 @@ def _complete(where: str, fmu: Variables, known: set[str], ignore: Sequence[str]
     def loose(causality: str) -> list[str]:
         return [v.name for v in fmu.values() if v.causality == causality and v.name not in known]
 
+    made = [v.name for v in fmu.values() if v.causality == "output"]
+    for pattern in ignore:
+        if not any(_matches(name, pattern) for name in made):
+            raise InputError(f"{where}: ignore: {pattern!r}: no such output of the FMU; there are {compact(made)}"
+                             f"{suggestion(pattern, made)}")  # fmt: skip
     inputs = loose("input")
     if inputs:
         raise InputError(f"{where}: nothing feeds {compact(inputs)} of the FMU; add an [[input]], or a constant")

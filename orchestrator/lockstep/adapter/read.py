@@ -122,6 +122,8 @@ def _entry(where: str, direction: str, number: int, table: Mapping[str, Any]) ->
     if "frame" in table and "attitude" in table:
         raise InputError(f"{location}: frame is for vectors; an attitude has body_frame and inertial_frame")
     unit = table.get("unit")
+    if unit is not None and "attitude" in table:
+        raise InputError(f"{location}: unit = {unit!r}: an attitude has no unit; remove it")
     if unit is not None and unit not in UNITS:
         raise InputError(f"{location}: unit = {unit!r} is unknown; there are {', '.join(UNITS)}")
     true, false = (_numbers(table.get(key, default), f"{location}: {key}")[0] for key, default in _FLAGS)
@@ -242,8 +244,12 @@ def _values(content: Mapping[str, Any], key: str, where: str) -> dict[str, Numbe
         items = value if isinstance(value, list) else [value]
         if not all(isinstance(item, float | int | bool | str) for item in items):
             raise InputError(f"{where}: {key}: {name} = {value!r} must be a value or a list; quote names with dots")
-        if isinstance(value, list):
-            values |= {f"{name}[{number}]": item for number, item in enumerate(value, start=1)}
-        else:
-            values[name] = value
+        named = (
+            {f"{name}[{k}]": item for k, item in enumerate(value, start=1)}
+            if isinstance(value, list)
+            else {name: value}
+        )
+        if twice := values.keys() & named:
+            raise InputError(f"{where}: {key}: {min(twice)} has two values; remove one of them")
+        values |= named
     return values

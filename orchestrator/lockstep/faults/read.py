@@ -62,6 +62,9 @@ def _fault(entry: Mapping[str, Any], where: str, number: int) -> Fault:
         )
     if "parameter" in entry and kind in ("dropout", "delay"):
         raise InputError(f"{location}: kind = {kind!r} acts on connections; a parameter can be stuck at a value")
+    if kind == "spike" and "seed" in entry and "probability" not in entry:
+        raise InputError(f"{location}: seed = {entry['seed']!r}: a single spike draws nothing; give probability too, or"
+                         " leave it out")  # fmt: skip
     values = _amount(entry, amount, kind, location)
     begin, end = _window(entry, location, lasts=kind != "spike" or "probability" in entry)
     return Fault(

@@ -1,6 +1,7 @@
 """Fields of a spacecraft's file as inputs: four wheels, seven modes; built once for each content; what is refused."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import flexbench.loop.build
 from flexbench.campaign.campaign_file import read_campaign
 from flexbench.campaign.orders import prepare
 from flexbench.campaign.rare.event import check_rare, parse_event
+from flexbench.campaign.spacecraft_builds import build_spacecraft
 from flexbench.loop.build_options import ONLY_PYTHON
 from flexsat.description.spacecraft_file import read_spacecraft
 from lockstep import InputError
@@ -30,6 +32,7 @@ def campaign_file(tmp_path):
             line for line in text.splitlines() if line.split(" = ")[0] not in ("distribution", "loc", "scale")
         )
         text = text.replace("stop_time = 5.0", "stop_time = 0.1")
+        text = text.replace('[[correlation]]\nof = ["mass", "inertia"]\nvalue = 0.8\n', "")
         for old, new in changes:
             assert old in text
             text = text.replace(old, new)
@@ -86,6 +89,20 @@ def test_what_a_file_refuses_is_said_before_anything_is_built(campaign_file, tmp
     with pytest.raises(InputError, match=message):
         prepare(campaign, tmp_path / "out", lambda _: None)
     assert not (tmp_path / "out").exists()
+
+
+def test_python_flies_the_fmus_in_python_of_a_spacecraft_file(campaign_file, tmp_path, monkeypatch):
+    def build(_files, folder, _print_line):
+        for kind in ("", "native"):
+            (folder / "four_wheels" / kind).mkdir(parents=True)
+            (folder / "four_wheels" / kind / "fine_pointing.ssd").touch()
+
+    monkeypatch.setattr(flexbench.loop.build, "build_files", build)
+    fixed = replace(read_campaign(campaign_file()), inputs=())
+    for python, kind in ((False, "native"), (True, "four_wheels")):
+        campaign = replace(fixed, python=python)
+        _, found = build_spacecraft(campaign, [], campaign.systems, tmp_path / "out", lambda _: None)
+        assert [path.parent.name for path in found.values()] == [kind]
 
 
 def test_no_second_choice_of_systems_and_no_chains(campaign_file):

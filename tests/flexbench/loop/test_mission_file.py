@@ -67,6 +67,8 @@ WRONG = {
     '[set]\n"torque" = 1.0\n':
         "mission.toml:2: torque = 1.0 must be a parameter and its value, or a list of one for each element, such as"
         ' "environment.constant.torque" = [0.01, 0.0, 0.0]',
+    SLEW + '[set]\n"mission.timeline.time" = [3.0]\n':
+        "mission.toml:5: mission.timeline.time[1] is of the commands above too; give commands by [[command]] alone",
     SLEW * 49: "mission.toml:193: 49 commands; a timeline holds 48",
 }  # fmt: skip
 

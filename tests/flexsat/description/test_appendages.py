@@ -119,6 +119,7 @@ def test_a_copy_beside_the_file_is_found(folder):
         ),
         ("plant = 3", "plant = 4", "my.toml:11: modes.plant = 4: must be at most 3, the modes of the structure"),
         ("damping_ratio = 0.01", "damping_ratio = 2", "my.toml:24: appendages[2].damping_ratio = 2: must be a number"),
+        ('angle = "30 deg"\n', "", 'my.toml:17: appendages[1].axis = "+x": is that of a drive; give its angle, or tu'),
         ('axis = "+x"', 'axis = "x"', 'my.toml:18: appendages[1].axis = "x": must be +x, +y'),
         ('name = "south"', 'name = "north"', "my.toml:12: appendages: two are called 'north'"),
         ('name = "south"\n', "", "my.toml:19: appendages[2]: name is missing"),

@@ -185,6 +185,11 @@ def test_the_files_of_the_paper_say_what_the_classes_have_from_paper_and_release
             "harmonics = [{ order = 0 }]",
             "my.toml:16: wheel.harmonics[1].order = 0: must be > 0 and <=",
         ),
+        (
+            "[modes]",
+            "[wheel_kinds.big]\nfactor = 2\n[modes]",
+            'my.toml:22: wheel_kinds.big: has no wheel; write kind = "big" in an entry of wheels',
+        ),
         ("factor = 2.0", "factor = 0", "my.toml:15: wheel.factor = 0: must be a number > 0"),
         (
             'at = "top"',

@@ -69,7 +69,9 @@ def test_every_key_is_read(read):
         (INPUT + "frame = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]", "its determinant is -1: it mirrors"),
         (INPUT + "true = 0", "true = 0 and false = 0 must differ"),
         ('[[output]]\nport = "a"\nvariable = "b"\nhold = "f"', "hold = 'f' must name a Boolean interface port, and"),
+        (INPUT + 'attitude = "mrp"\nunit = "rad"', "unit = 'rad': an attitude has no unit; remove it"),
         ("[constants]\na.b = 2", "quote names with dots"),
+        ('[parameters]\nkp = [0.1, 0.2]\n"kp[2]" = 0.3', "parameters: kp[2] has two values; remove one of them"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(read, text, message):

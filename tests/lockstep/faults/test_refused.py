@@ -48,6 +48,7 @@ IN_THE_FILE = {
     tuned(kind='"delay"', value=None, ticks="1", parameter='"gain.gain"'): "acts on connections",
     tuned(kind='"stuck"', value=None, parameter='"gain.gain"'): "value is missing; stuck needs it",
     entry(kind='"spike"', probability="1.5"): r"probability = 1.5 must be in \(0, 1\]",
+    entry(kind='"spike"', seed="3"): "seed = 3: a single spike draws nothing; give probability too, or leave it out",
     entry(kind='"noise"', value=None, deviation="1", seed="-1"): "seed = -1 must be a whole number >= 0",
     entry(from_=None): "write from, and to unless it lasts to the end of the run; or at and duration",
     entry(at="0.02"): "write from, and to",

@@ -88,6 +88,7 @@ def test_value_that_nothing_uses_is_recorded_and_reported_once(chain, ramp, tmp_
     h = read_signals(tmp_path / "run")["first.out.h"]
     assert list(np.flatnonzero(np.isnan(h))) == [4, 5]  # of the steps from 3 and 4 ms, at their ends
     events = [json.loads(line) for line in (tmp_path / "run" / "events.jsonl").read_text().splitlines()]
+    assert (events[0]["event"], events[0]["stop_time"]) == ("start", 0.008)
     found = [event for event in events if event["event"] == "not-finite"]
     assert [(e["time"], e["component"], e["variables"], e["value"]) for e in found] == [
         (0.003, "first", "out.h", "nan")
