@@ -12,6 +12,7 @@ from lockstep.adapter.read import read_adapter
 from lockstep.adapter.slave import AdaptedSlave
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.fmi.slave import DTYPES, ERROR, OK
+from lockstep.system.unit_table import UNITS
 
 
 def variable(name, kind, causality, reference=0):
@@ -152,6 +153,34 @@ def test_a_number_that_overflows_in_the_conversion_is_refused_and_an_injected_na
     call(slave, "setter", "Real", np.nan)  # a fault of kind nan: the reaction of the FMU decides
     assert slave.do_step(0.0, 0.1, 1) == OK
     assert np.isnan(inner.input)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_an_output_that_is_not_finite_reaches_a_real_port_as_it_is(tmp_path, value):
+    slave = adapted(tmp_path, "Real", "Real", "output", Constant(value), "scale = 2.0\noffset = 1.0\n")
+    assert slave.do_step(0.0, 0.1, 1) == OK
+    np.testing.assert_equal(call(slave, "getter", "Real"), (OK, value))  # the master finds it, and names the FMU
+
+
+@pytest.mark.parametrize(
+    ("of_port", "of_fmu", "unit", "bias"),
+    [
+        (True, True, "", 0.0),
+        (True, False, "", -273.15),
+        (False, True, "", -273.15),
+        (True, False, 'unit = "K"', 0.0),  # the entry says what the FMU's number is: that difference in this unit
+        (False, False, 'unit = "K"', 273.15),
+    ],
+)
+def test_offsets_of_units_count_unless_both_ends_are_differences(tmp_path, of_port, of_fmu, unit, bias):
+    kelvin, celsius = UNITS["K"], replace(UNITS["K"], name="degC", offset=273.15)
+    path = tmp_path / "vendor.toml"
+    path.write_text(f'[[input]]\nport = "port"\nvariable = "foreign"\n{unit}')
+    port = replace(variable("port", "Real", "input"), unit=celsius if unit else kelvin, relative=of_port)
+    foreign = replace(variable("foreign", "Real", "input"), unit=celsius, relative=of_fmu)
+    (bound,) = bind(read_adapter(path), {"port": port}, {"foreign": foreign}).inputs
+
+    assert bound.conversion.to_fmu(np.array([300.0])).tolist() == [300.0 + bias]
 
 
 @pytest.mark.parametrize("version", ["1.0", "2.0", "3.0"])
