@@ -153,7 +153,7 @@ def judge(option: str, given: str, code: int, out: str, err: str) -> str:
     lines = err.strip().splitlines()
     if "Traceback" in err or code in (70, 99):
         return "a bug"
-    if code in (0, -signal.SIGXCPU, -signal.SIGKILL):
+    if code in (0, -signal.SIGXCPU, -signal.SIGKILL) or (code == 1 and "SIGXCPU" in err):  # or its worker was
         return "ran"
     if code != 2:
         return f"exit code {code}"
@@ -166,9 +166,9 @@ def judge(option: str, given: str, code: int, out: str, err: str) -> str:
 
 
 def _key(given: str) -> str:
-    """Return the variable of C.P=V, which names it, or a text that is in no message."""
+    """Return the name of NAME=V, which names it, or a text that is in no message."""
     key = given.partition("=")[0]
-    return f"{key}: " if "." in key.strip(".") else "\0"
+    return f"{key}: " if key else "\0"
 
 
 def prepare(fmus: Path, folder: Path) -> Path:

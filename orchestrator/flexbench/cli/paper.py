@@ -93,7 +93,7 @@ def paper(
             show_table(design_margins.HEADER, design_margins.rows(loops), design_margins.TITLE)
             remark(design_margins.EXPLANATION)
         print("\n".join(str(path) for path in draw_paper(folder, chosen, numbers[0], failed)))
-        page = report_paper(folder, chosen, numbers[0], failed)
+        page = report_paper(folder, chosen, numbers[0], results.failed)
         if page is not None:
             wrote(page)
         files = ["table.txt", "table.md", "table.csv", "table.json", *([FILE] if compared else [])]

@@ -26,7 +26,7 @@ from ..runs.mission_monitor import watch_run
 from .content import digest_of
 from .dispatch import dispatch
 from .fingerprint import fingerprint, of_system
-from .job_progress import Show, show_jobs
+from .job_progress import ShownJobs, show_jobs
 from .pools import LocalPool, settings_of
 from .tasks import Outcome, Task
 from .worker import BugInWorker
@@ -167,6 +167,8 @@ def run_jobs(
     try:
         with show_jobs([job.title for job in jobs]) as show:
             for outcome in dispatch(tasks, pool, lambda: _drain(reports, jobs, show)):
+                _drain(reports, jobs, show)
+                show.end(jobs[outcome.number].title, "failed" if outcome.failure else "ended")
                 done[outcome.number] = _result(outcome, jobs[outcome.number], keep_failed, keep_all)
             _drain(reports, jobs, show)
     except BaseException:
@@ -195,7 +197,7 @@ def _result(outcome: Outcome, job: Job, keep_failed: bool, keep_all: bool) -> Fi
     raise RunError(f"{job.title}: {outcome.cause}, twice; run it alone with `flexsat run` to see why")
 
 
-def _drain(reports: SimpleQueue[tuple[int, float, float]], jobs: Sequence[Job], show: Show) -> None:
+def _drain(reports: SimpleQueue[tuple[int, float, float]], jobs: Sequence[Job], show: ShownJobs) -> None:
     latest: dict[int, tuple[float, float]] = {}
     try:
         while True:

@@ -27,7 +27,8 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
     r"bandwidth-(?P<layout>[\w-]+)": (
         "Controller bandwidth over the wheel responses ({layout}): above, the response of the structure to each "
         "wheel's imbalance, coloured by its axis, and the chosen speeds; below, the gain of each body axis' loop. "
-        "Shaded: up to where a gain is last 1; above it the chosen speeds keep the structure quiet, not the controller."
+        "Shaded, if a gain is 1 in this range: up to where it last is; above it the chosen speeds keep the structure "
+        "quiet, not the controller."
     ),
     r"nichols-(?P<layout>[\w-]+)": (
         "Margins ({layout}): the open loop at the plant's input in a Nichols chart and near the critical point; those "

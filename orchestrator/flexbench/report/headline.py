@@ -28,6 +28,11 @@ CITATION = (
 MOST_DESCRIBED = 6  # runs
 _SAID = ("pointing_error", "deformation", "torque")
 _FINE = ("fine pointing: error", "fine pointing: torque", "deformation, closed loop")  # rows of the paper's table
+_ENDED = {
+    "interrupted": "was interrupted",
+    "running": "has not ended, or was killed",
+    "terminated": "was ended by a component",
+}
 _CLOSE = 0.3  # share of the published value
 
 
@@ -35,7 +40,7 @@ def headline_blocks(results: Sequence[Result], studies: Sequence[Path]) -> list[
     """Return the first blocks of a page; of the paper's study if the page has it, else of its runs."""
     blocks: list[Block] = []
     for folder in studies:
-        blocks += _of_study(folder)
+        blocks += _of_study(folder, results)
     runs = [result for result in results if result.run is not None]
     if not blocks and 0 < len(runs) <= MOST_DESCRIBED:
         for result in runs:
@@ -51,7 +56,8 @@ def _of_run(result: Result, named: bool) -> Iterator[str]:
     yield f"{result.name}: {flown(result)}." if named else f"Flown: {flown(result)}."
     status = str(result.record.get("status", ""))
     if status != "completed":
-        yield f"The run is {status}: {result.record.get('error') or 'it has no end'}.".replace("..", ".")
+        reason = " ".join(str(result.record.get("reason", "")).split()).removesuffix(".")
+        yield f"The run {_ENDED.get(status, status)}{reason and ': '}{reason}."
     try:
         numbers = loop_numbers(result.folder)
     except InputError:  # nothing of the loop was recorded
@@ -91,7 +97,7 @@ def _numbers(numbers: LoopNumbers) -> str:
     return f"{window[0].upper()}{window[1:]}: {', '.join(parts)}." if parts else ""
 
 
-def _of_study(folder: Path) -> list[Block]:
+def _of_study(folder: Path, results: Sequence[Result]) -> list[Block]:
     """Return the answer of the paper's study: the published controller, the robust one, the agreement."""
     if not (folder / TABLE).is_file():
         return []
@@ -104,8 +110,11 @@ def _of_study(folder: Path) -> list[Block]:
         "both layouts of wheels."
     ]
     if failed := content.get("failed", []):
-        names = ", ".join(one["run"] for one in failed)
-        sentences.append(f"Failed, and in no number of this page: {names}; below the table why.")
+        shown = {result.folder.name: result.name for result in results}
+        names = ", ".join(shown.get(one["run"], one["run"]) for one in failed)
+        sentences.append(f"Failed, and in no number of the paper's table: {names}; the cause is below the table.")
+        if any(one["run"] in shown for one in failed):
+            sentences.append("What they recorded before they failed is on this page.")
     lost: Mapping[str, Sequence[float | None]] = content.get("published_design_lost_at", {})
     if lost:
         when = "; ".join(f"{name}: {when_lost(list(times))}" for name, times in lost.items())

@@ -16,6 +16,7 @@ from flexbench.studies.margins.study import curves
 from flexbench.studies.paper.design_margins import LoopMargins, bandwidth, read_margins
 from flexbench.studies.paper.paper import one_seed_folders
 from flexbench.studies.paper.published import JUDGED, Variant
+from flexbench.studies.paper.table import Failed
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, build_designs
 from flexsat.parameters import ConfigurationName
@@ -62,14 +63,17 @@ def figures_of_loops(loops: Sequence[LoopMargins], name: ConfigurationName, desi
     }
 
 
-def report_paper(folder: Path, variants: Sequence[Variant], seed: int, without: Collection[Path] = ()) -> Path | None:
+def report_paper(folder: Path, variants: Sequence[Variant], seed: int, failed: Sequence[Failed] = ()) -> Path | None:
     """Write `folder`/report.html, of the table, the figures and one seed's runs; return its path.
 
-    `without` are the folders of runs that failed; if all did, there is no page, and one of an earlier study is removed.
+    A run that failed has its histories there, marked, as far as it came. If all failed, there is no page, and one of an
+    earlier study is removed.
     """
     page = folder / "report.html"
-    runs = one_seed_folders(folder, variants, seed, without)
-    if not runs:
+    without = [one.folder for one in failed]
+    if not one_seed_folders(folder, variants, seed, without):
         page.unlink(missing_ok=True)
         return None
+    begun = [one.folder for one in failed if one.begun]
+    runs = one_seed_folders(folder, variants, seed, [path for path in without if path not in begun])
     return write_report(runs, page, studies=[folder])[0]

@@ -27,7 +27,7 @@ class Result:
     """A results folder as the page sees it."""
 
     folder: Path
-    name: str  # unique on the page
+    name: str  # unique on the page; of one among several that did not complete, with how it ended
     record: Mapping[str, Any]  # run.toml
     text: str  # of run.toml
     events: Sequence[Mapping[str, Any]]
@@ -97,7 +97,7 @@ def load_results(paths: Sequence[Path]) -> tuple[list[Result], list[Unread]]:
     for folder, full, short in zip(folders, resolved, names, strict=True):
         name = short if names.count(short) == 1 else f"{full.parent.name}/{short}"
         try:
-            read.append(_read(folder, name))
+            read.append(_read(folder, name, marked=len(folders) > 1))
         except InputError as error:
             if len(folders) == 1:
                 raise
@@ -107,8 +107,12 @@ def load_results(paths: Sequence[Path]) -> tuple[list[Result], list[Unread]]:
     return read, unread
 
 
-def _read(folder: Path, name: str) -> Result:
+def _read(folder: Path, name: str, marked: bool) -> Result:
     record, text = read_run_record(folder)
+    status = str(record.get("status", ""))
+    if marked and status not in ("", "completed"):
+        ended = "without end" if status == "running" else f"{status} at {record.get('simulated_time', 0.0):.4g} s"
+        name = f"{name} ({ended})"
     try:
         run = read_run(folder)
     except (InputError, KeyError):  # another system: the page shows its signals

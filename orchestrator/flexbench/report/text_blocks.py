@@ -25,6 +25,17 @@ MOST_EVENTS = 200  # lines of one run
 MOST_COLUMNS = 4  # runs side by side
 MOST_TICKS = 12  # of a drawn timeline
 LONGEST_CELL = 300  # letters
+# of the numbers in events: of any, then by kind of event
+_UNITS = {
+    "stop_time": "s",
+    "since": "s",
+    "tolerance": "N.m.s",
+    "momentum_left": "N.m.s",
+    "torque": "N.m",
+    "frequency": "Hz",
+}
+_UNITS_OF = {("torque-saturation", "limit"): "N.m", ("speed-band-left", "band"): "rad/s", ("mode", "limit"): "s"}
+_UNITS_OF_QUANTITY = {"pointing error": "rad", "rate": "rad/s", "deformation": "m"}
 
 
 def summary_blocks(runs: Sequence[RunData]) -> list[Block]:
@@ -175,12 +186,21 @@ def _event_table(found: Sequence[Mapping[str, Any]]) -> Table:
     rows = []
     for event in found[:MOST_EVENTS]:
         details = {key: value for key, value in event.items() if key not in ("time", "event")}
-        text = ", ".join(
-            f"{key}: {value if isinstance(value, str) else json.dumps(value)}" for key, value in details.items()
-        )
+        text = ", ".join(f"{key}: {_detail(event, key, value)}" for key, value in details.items())
         short = text if len(text) <= LONGEST_CELL else text[: LONGEST_CELL - 1] + "…"
         rows.append([f"{float(event.get('time', 0.0)):.6g}", str(event.get("event", "")), short])
     return Table(("time [s]", "event", "details"), rows, code=frozenset())
+
+
+def _detail(event: Mapping[str, Any], key: str, value: object) -> str:
+    """Return a detail of an event as text, a number with its unit if that is known."""
+    if isinstance(value, str):
+        return value
+    unit = _UNITS_OF.get((str(event.get("event")), key), _UNITS.get(key, ""))
+    if key == "value":
+        unit = _UNITS_OF_QUANTITY.get(str(event.get("quantity")), "")
+    text = f"{value:.9g}" if isinstance(value, float) else json.dumps(value)
+    return f"{text} {unit}".strip()
 
 
 def system_blocks(result: Result) -> list[Block]:

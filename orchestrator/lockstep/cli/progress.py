@@ -7,17 +7,17 @@ from time import perf_counter
 from typing import TextIO
 
 from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from lockstep.cli.outcome import keep, remark, show_table
+from lockstep.cli.progress_bars import Bars
 from lockstep.run.loop_time import TABLE_HEADER
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress as Report
 from lockstep.simulation import RunSummary
-from lockstep.standard_streams import printable, unfiltered
+from lockstep.standard_streams import unfiltered
 
 _LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
+_STATE, _PACE = len("86400.0 of 86400 s"), len(", 1000.0 x real time")
 
 
 @contextmanager
@@ -33,20 +33,15 @@ def show_progress(
     if not console.is_terminal:
         yield _Lines(title, stream, begin, pacer)
         return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[state]}"),
-        TimeRemainingColumn(),
-    )
     started = perf_counter()
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(escape(printable(title)), total=None, state="starting")
+    bars = Bars(console, [title], _STATE, _PACE if pacer is None else len(str(pacer)) + 2)
+    with bars.progress as bar:
+        task = bar.add_task(bars.description(title), total=None, state="starting")
 
         def report(simulated: float, stop: float) -> None:
             speed = (simulated - begin) / max(perf_counter() - started, 1e-9)
-            pace = f"{speed:.1f} x real time" if pacer is None else str(pacer)
-            state = f"{simulated:.1f} of {stop:.6g} s, {pace}"
+            pace = f", {speed:.1f} x real time" if pacer is None else f", {pacer}"
+            state = f"{simulated:.1f} of {stop:.6g} s{pace if bars.full else ''}"
             bar.update(task, completed=simulated, total=stop, state=state)
 
         yield report

@@ -101,6 +101,8 @@ def with_step_sizes(system: System, texts: Sequence[str]) -> System:
     from lockstep.system.name_patterns import is_pattern, named
 
     refuse_repeated(texts, "--step-size")
+    if empty := next((text for text in texts if text.startswith("=")), None):
+        raise InputError(f"--step-size {empty}: write COMPONENT=S, for example plant{empty}, or {empty[1:]} for all")
     sizes = [(name, size) for name, _, size in (text.rpartition("=") for text in texts)]
     for name, size in sorted(sizes, key=lambda entry: (entry[0] != "", not is_pattern(entry[0]))):
         for each in named(name or "*", [component.name for component in system.components]):

@@ -73,7 +73,10 @@ def resolve_override(
     if not dot:
         inputs = [one.name for one in system.inputs]
         more = f"; inputs of the system are {compact(inputs)}{suggestion(key, inputs)}" if inputs else ""
-        raise InputError(f"{key}: write component.parameter, for example {system.components[0].name}.{key}{more}")
+        example = f"{system.components[0].name}.{key or 'seed'}"
+        raise InputError(
+            f"{key or '(empty)'}: no parameter to set; write component.parameter, for example {example}{more}"
+        )
     description = descriptions[system.component(component).name]
     elements = elements_of(name, description.variables)
     single = name in description.variables or not elements

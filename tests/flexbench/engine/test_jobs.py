@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
+import re
 import subprocess
 from pathlib import Path
 
 import psutil
 import pytest
+from rich.console import Console
 
+from flexbench.engine import job_progress
 from flexbench.engine import jobs as jobs_module
 from flexbench.engine.dispatch import dispatch
 from flexbench.engine.job_progress import show_jobs
@@ -89,9 +93,10 @@ def test_a_failed_run_is_returned_with_its_reason_where_that_is_wanted(monkeypat
     assert all(done.simulated_time == 0.0 for done in finished)
 
 
-def test_one_run_does_not_stop_others_where_all_are_wanted(tmp_path, monkeypatch):
+def test_one_run_does_not_stop_others_where_all_are_wanted(tmp_path, monkeypatch, capsys):
     nowhere = Job(system=tmp_path / "nowhere.ssd", folder=tmp_path / "slew")
     (refused,) = run_jobs([nowhere], processes=1, keep_all=True)
+    assert capsys.readouterr().err == "slew: failed (1 of 1)\n"
     assert "nowhere.ssd: no such file" in refused.failure
 
     monkeypatch.setattr(jobs_module, "run_job", subprocess.getoutput)
@@ -118,6 +123,28 @@ def test_progress_without_terminal_is_one_line_for_each_finished_run(capsys):
             show(title, simulated, 3.0)
 
     assert capsys.readouterr().err == "a: 3 s simulated (1 of 2)\nb: 3 s simulated (2 of 2)\n"
+
+
+def test_progress_on_a_terminal_has_a_bar_for_each_run_under_way_and_a_line_for_each_that_ended(monkeypatch):
+    shown = io.StringIO()
+    monkeypatch.setattr(
+        job_progress, "Console", lambda **_: Console(file=shown, width=80, force_terminal=True, color_system=None)
+    )
+    names = [f"centralised-fine-pointing-open-loop-as-published-seed{k}" for k in range(1, 4)]
+    with show_jobs(names) as show:
+        show(names[0], 30.0, 300.0)
+        show(names[1], 60.0, 300.0)
+        show(names[0], 300.0, 300.0)
+        show.end(names[1], "failed")
+        show(names[1], 60.0, 300.0)  # a report that comes late
+        bars = [task.description for task in show._bars.progress.tasks]
+    lines = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.getvalue()).splitlines()
+    assert bars == ["2 of 3 runs"]
+    assert [line for line in lines if line.endswith(" of 3)")] == [
+        f"{names[0]}: 300 s simulated (1 of 3)",
+        f"{names[1]}: failed (2 of 3)",
+    ]
+    assert "…" not in shown.getvalue()
 
 
 def test_a_bug_in_a_task_comes_with_the_traceback_of_its_process():

@@ -1,16 +1,22 @@
 """Results folders for a page: found, read, refused; windows of time and fault events."""
 
 import base64
+import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from numpy.testing import assert_allclose
 
-from flexbench.report.results import MOST_RUNS, load_results
+from flexbench.html.document import Table
+from flexbench.report.headline import headline_blocks
+from flexbench.report.results import MOST_RUNS, Result, load_results
 from flexbench.report.run_data import is_fault, read_run_data
+from flexbench.report.text_blocks import event_blocks
 from flexbench.report.write import write_report
+from flexbench.runs.run_folder import Run
 from lockstep import InputError
 
 
@@ -54,6 +60,48 @@ def test_runs_that_cannot_be_read_do_not_stop_the_page_of_the_others(tmp_path, f
     shutil.rmtree(good)
     with pytest.raises(InputError, match="no row of signals yet"):
         write_report([tmp_path / "study"])
+
+
+def test_runs_that_did_not_complete_are_marked_where_they_are_among_others(tmp_path, foreign_run):
+    names = ["whole", "failed", "killed"]
+    folders = [foreign_run(tmp_path / "study" / name) for name in names]
+    for folder, status in zip(folders[1:], ("failed", "running"), strict=True):
+        record = folder / "run.toml"
+        record.write_text(record.read_text().replace("completed", status).replace("2.0", "1.25"))
+
+    assert [r.name for r in load_results(folders)[0]] == ["whole", "failed (failed at 1.25 s)", "killed (without end)"]
+    assert [r.name for r in load_results(folders[1:2])[0]] == ["failed"]  # the page of one has its status
+
+
+def test_numbers_in_events_have_units(tmp_path, foreign_run):
+    events = [
+        {"time": 0.0, "event": "start", "stop_time": 300.0},
+        {"time": 1.5, "event": "torque-saturation", "state": "begin", "limit": 0.8, "wheels": [28, 31]},
+        {"time": 2.0, "event": "divergence", "quantity": "rate", "value": 0.25},
+    ]
+    run = foreign_run(tmp_path / "run", "".join(f"{json.dumps(one)}\n" for one in events))
+    read, _ = load_results([run])
+    (table,) = (block for block in event_blocks(read) if isinstance(block, Table))
+    assert [row[2] for row in table.rows] == [
+        "stop_time: 300 s",
+        "state: begin, limit: 0.8 N.m, wheels: [28, 31]",
+        "quantity: rate, value: 0.25 rad/s",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("status", "sentence"),
+    [
+        ("failed", "The run failed: controller: refused at 2 s."),
+        ("interrupted", "The run was interrupted: controller: refused at 2 s."),
+        ("running", "The run has not ended, or was killed."),
+    ],
+)
+def test_the_page_of_a_run_begins_with_why_it_did_not_complete(status, sentence):
+    record = {"status": status} | ({} if status == "running" else {"reason": "controller: refused\nat 2 s."})
+    run = Run(folder=Path("nowhere"), configuration="distributed", slew=False, seed=1)
+    result = Result(folder=Path("nowhere"), name="r", record=record, text="", events=[], run=run)
+    assert sentence in headline_blocks([result], [])[0].text
 
 
 def test_a_page_does_not_replace_a_record(tmp_path, foreign_run):

@@ -66,6 +66,11 @@ def test_a_wrong_command_line_is_refused_in_one_line(capsys, arguments, line):
     [
         (assignments, ["a.x=1", "a.y=2", "a.x=2"], "--set a.x=2: is 1 already; give one value for a.x"),
         (lambda t: with_delays(None, t), ["a:b=1", "a:b=2"], "--delay a:b=2: is 1 already; give one value for a:b"),
+        (
+            lambda t: with_step_sizes(None, t),
+            ["=0.1"],
+            "--step-size =0.1: write COMPONENT=S, for example plant=0.1, or 0.1 for all",
+        ),
         (lambda t: with_step_sizes(None, t), ["a=1", "a=2"], "--step-size a=2: is 1 already; give one value for a"),
         (_amplitudes, ["u=1", "2", "u=3"], "--amplitude u=3: is 1 already; give one value for u"),
     ],

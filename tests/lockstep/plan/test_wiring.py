@@ -85,7 +85,7 @@ def test_an_input_without_a_source_keeps_its_start_value(loop):
             r"counter\.gian: no such parameter; counter has gain, fail_at, nan_at; did you mean gain\?",
         ),
         ("conter.gain", 1, r"conter: no such component; .*did you mean counter\?"),
-        ("gain", 1, r"gain: write component\.parameter"),
+        ("gain", 1, r"gain: no parameter to set; write component\.parameter"),
         ("counter.count", 1, r"counter\.count: is the FMU's output; only parameters and inputs can be set"),
         (
             "counter.gain",

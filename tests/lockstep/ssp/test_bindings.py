@@ -148,7 +148,8 @@ def test_inputs_of_the_whole_system_need_a_value(load, ssd, fmus, run):
     assert seen["two.radians_seen"][-1] == pytest.approx(-pi, rel=1e-15)
     assert (seen["one.free_seen"][-1], seen["two.free_seen"][-1]) == (7.0, 7.0)
     with pytest.raises(
-        InputError, match=r"turm: write component\.parameter, .*; inputs of the system are turn\[1\.\.2\]"
+        InputError,
+        match=r"turm: no parameter to set; write component\.parameter, .*; inputs of the system are turn\[1\.\.2\]",
     ):
         run(system, overrides={**loose, "turm": 1})
     with pytest.raises(InputError, match=r"turn: got 3 values for turn\[1\.\.2\]"):

@@ -76,12 +76,13 @@ def run_layouts(
     """
     systems = [load_system(fmus / name / f"{one}.ssd") for name in CONFIGURATIONS for one in plan.duration]
     chosen = choose_fmus(systems, python)  # of one kind for all layouts
-    report(chosen.text)
-    report(plan.estimate(processes or len(available_cores()), chosen.native))
     jobs = plan_jobs(fmus, folder, plan, chosen.native)
+    needs: list[str] = []  # what is printed follows what is refused
     for name in CONFIGURATIONS:
         for scenario in plan.duration:
-            check_slew(jobs[name, scenario, plan.seeds[0]], f"{name}: ", report)
+            check_slew(jobs[name, scenario, plan.seeds[0]], f"{name}: ", needs.append)
+    for line in (chosen.text, plan.estimate(processes or len(available_cores()), chosen.native), *needs):
+        report(line)
     finished = run_jobs(list(jobs.values()), processes, keep_failed=True)
     outcomes = [measure(done, *key, plan.band) for key, done in zip(jobs, finished, strict=True)]
     wheels = {}

@@ -8,6 +8,7 @@ from pathlib import Path
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
+from lockstep import InputError
 from lockstep.results.read_run_record import read_run_record
 
 from ...engine.jobs import Job, run_jobs
@@ -62,6 +63,15 @@ def saturated_from(folder: Path) -> float | None:
     return next((float(one["first"]) for one in found if one.get("until_the_end")), None)
 
 
+def has_begun(folder: Path, failure: str) -> bool:
+    """Return whether a folder is what a failed run left, and not one of an earlier study that was not replaced."""
+    try:
+        record, _ = read_run_record(folder)
+    except InputError:
+        return False
+    return record.get("status") != "completed" and str(record.get("reason", "")) in failure
+
+
 def run_paper(
     fmus: Path,
     folder: Path,
@@ -78,7 +88,8 @@ def run_paper(
     failed = []
     for (key, seed), done in zip(jobs, finished, strict=True):
         if done.failure:
-            failed.append(Failed(key=key, seed=seed, folder=done.job.folder, cause=" ".join(done.failure.split())))
+            cause, begun = " ".join(done.failure.split()), has_begun(done.job.folder, done.failure)
+            failed.append(Failed(key=key, seed=seed, folder=done.job.folder, cause=cause, begun=begun))
         elif key[0] == "published_design":
             lost.setdefault(key[1], []).append(saturated_from(done.job.folder))
         else:

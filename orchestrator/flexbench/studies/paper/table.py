@@ -46,8 +46,9 @@ class Failed:
 
     key: Key
     seed: int
-    folder: Path  # with what it left
+    folder: Path
     cause: str  # one line
+    begun: bool = False  # whether its folder holds what it recorded
 
     @property
     def text(self) -> str:

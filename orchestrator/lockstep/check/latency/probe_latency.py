@@ -26,6 +26,7 @@ from lockstep.system.system import System
 Agreement = Literal["agrees", "contradicted", "not confirmed", "not excited", "no claim"]
 NUMBERS = ("Real", "Integer", "Boolean")
 SMALLER = 0.01  # of a change, where a claimed answer comes late: a filter may reject a jump, and take it a step later
+SHORTEST = 1e-9  # s: times of a run are whole nanoseconds or fractions that are longer
 _SHORT, _TRIAL = 12, 2.0  # steps and wall time [s] of a measurement with other values of flags
 
 
@@ -185,8 +186,8 @@ def _set_up(path: Path, experiment: Experiment, description: Description, settin
     if not 0.0 < settings.seconds < math.inf:
         raise InputError(f"--time-limit {settings.seconds:g}: must be > 0 s")
     if settings.step is not None:
-        if not 0.0 < settings.step < math.inf:
-            raise InputError(f"--step-size {settings.step:g}: must be > 0 s")
+        if not SHORTEST <= settings.step < math.inf:
+            raise InputError(f"--step-size {settings.step:g}: must be {SHORTEST:g} s or more, and finite")
         experiment = replace(experiment, step=settings.step, step_source="as given")
     starts = _starts(path, description, settings.starts or {})
     inputs = _amplified(tuple(_started(port, starts) for port in experiment.inputs), settings)

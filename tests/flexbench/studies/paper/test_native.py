@@ -198,7 +198,7 @@ def test_the_rest_of_a_study_is_flown_where_a_run_failed(command, study, monkeyp
     monkeypatch.setattr(paper_pages, "report_paper", lambda *arguments: asked.append(arguments[-1]))
 
     assert main(["paper", "--out", str(tmp_path), "--corrected"]) == 1
-    assert asked == [[folder]] * 3
+    assert asked == [[folder], [folder], (failed,)]
     line = f"1 of 1 runs failed, table and page have the others: {folder.name}: plant: refused at 1 s ({folder})"
     assert capsys.readouterr().err == f"flexsat: {line}\n"
 

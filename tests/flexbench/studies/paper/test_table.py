@@ -5,17 +5,21 @@ from __future__ import annotations
 import csv
 import io
 import json
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from flexbench.engine.jobs import Finished
 from flexbench.html.document import Paragraph, Table
 from flexbench.loop.scenarios import SCENARIOS
+from flexbench.report import paper_pages
 from flexbench.report.headline import headline_blocks
 from flexbench.report.study_table import study_table
 from flexbench.studies.paper import paper
 from flexbench.studies.paper.published import ROWS, VARIANTS
 from flexbench.studies.paper.table import (
+    Failed,
     Results,
     against_published,
     as_csv,
@@ -223,7 +227,40 @@ def test_the_page_marks_runs_that_failed_with_cause_and_folder(lame):
     assert "failed" not in str(centralised.rows)  # of one of two seeds
     assert sum(text_of(block).startswith("Failed, and in no number") for block in blocks) == 3
     (answer, _) = [text_of(block) for block in headline_blocks([], [folder])] + [""]
-    assert "Failed, and in no number of this page: distributed-slew-as-published-seed1, " in answer
+    assert "Failed, and in no number of the paper's table: distributed-slew-as-published-seed1, " in answer
+    assert "What they recorded" not in answer
+    begun = SimpleNamespace(
+        folder=folder / "centralised-slew-seed2", name="centralised-slew-seed2 (failed at 9 s)", run=None
+    )
+    answer = text_of(headline_blocks([begun], [folder])[0])
+    assert ", centralised-slew-seed2 (failed at 9 s); the cause is below" in answer
+    assert "What they recorded before they failed is on this page." in answer
+
+
+def test_what_a_failed_run_left_is_distinguished_from_a_run_of_an_earlier_study(tmp_path):
+    cause = "plant: crashed with SIGSEGV at 9 s"
+    assert not paper.has_begun(tmp_path, cause)
+    for content, begun in (
+        ('status = "failed"\nreason = "plant: crashed with SIGSEGV at 9 s"', True),
+        ('status = "failed"\nreason = "sensors: refused"', False),
+        ('status = "running"', True),  # its process was killed
+        ('status = "completed"', False),
+    ):
+        (tmp_path / "run.toml").write_text(f"{content}\ncomponent = []\n")
+        assert paper.has_begun(tmp_path, cause) == begun
+
+
+def test_the_page_has_the_runs_that_failed_as_far_as_they_came(lame, monkeypatch):
+    study, folder = lame
+    shown = []
+    monkeypatch.setattr(paper_pages, "write_report", lambda runs, page, **_: shown.append(runs) or [page])
+    begun = replace(study.failed[0], begun=True)
+    paper_pages.report_paper(folder, VARIANTS, 1, [begun, study.failed[1]])
+    paper_pages.report_paper(folder, VARIANTS, 1, study.failed)
+    assert set(shown[0]) - set(shown[1]) == {begun.folder}
+    alone = [Failed(key=one.key, seed=1, folder=path, cause="", begun=True)
+             for one in study.failed[:1] for path in shown[0]]  # fmt: skip
+    assert paper_pages.report_paper(folder, VARIANTS, 1, alone) is None
 
 
 def text_of(block):

@@ -185,7 +185,7 @@ def test_crash_is_reported_in_one_line(tmp_path):
         (ProbeSettings(starts={"scale": "much"}), "scale: 'much'"),
         (ProbeSettings(amplitudes={"w": 1.0}), r"--amplitude w: no such Real input; there are u, v, slow, gated, idle"),
         (ProbeSettings(amplitude=-1.0), r"--amplitude: -1 must be a number > 0"),
-        (ProbeSettings(step=0.0), r"--step-size 0: must be > 0 s"),
+        (ProbeSettings(step=0.0), r"--step-size 0: must be 1e-09 s or more"),
         (ProbeSettings(steps=0), r"--steps 0: must be 1 or more"),
         (ProbeSettings(seconds=0.0), r"--time-limit 0: must be > 0 s"),
     ],
