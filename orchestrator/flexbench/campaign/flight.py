@@ -57,9 +57,9 @@ def fly(order: Order, paths: Mapping[File, Path]) -> Flown:
     try:
         with temporary_folder("campaign") as temporary:
             folder = temporary / "run"
-            run = Measured(simulated(order, paths, temporary, folder))
             wanted = order.wanted
             kept = wanted.histories.kept
+            run = Measured(simulated(order, paths, temporary, folder, scratch=kept != "all"))
             return Flown(
                 metrics={name: metric(run, source) for name, source in wanted.sources.items()},
                 simulated_time=float(run.record["simulated_time"]),
@@ -80,6 +80,8 @@ def simulated(
     folder: Path | ResultsFolder,
     record: tuple[str, ...] | None = None,
     record_period: float | None = None,
+    *,
+    scratch: bool = False,
 ) -> Path:
     """Simulate a run into a folder and return it; recorded is what the campaign wants, unless something else is given.
 
@@ -87,6 +89,7 @@ def simulated(
     ----------
     paths : of the system and its files
     temporary : folder for the files of faults and commands
+    scratch : whether the folder is read once and removed
     """
     wanted = replace(
         order.wanted,
@@ -96,7 +99,7 @@ def simulated(
     system, options = options_of(replace(order, wanted=wanted), paths, temporary)
     with own_thread():
         try:
-            summary = simulate(system, folder, replace(options, watch=watch_loop))
+            summary = simulate(system, folder, replace(options, watch=watch_loop, scratch=scratch))
         except RunError as error:
             if "No space left" in str(error) or "quota exceeded" in str(error):
                 raise DiskFull(str(error)) from None

@@ -15,6 +15,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.plan.plan import Plan
 from lockstep.results.results_folder import claim
+from lockstep.system.system import System
 
 from ..engine.content import File
 from ..engine.dispatch import dispatch
@@ -22,11 +23,14 @@ from ..engine.fingerprint import code
 from ..engine.pools import LocalPool, settings_of
 from ..engine.tasks import Task
 from .campaign import ORDERS, RUNS, read_entries
+from .campaign_file import Input
 from .flight import simulated, system_of
 from .measure import Measured, rows_digest
 from .order import Order, with_delays
 from .orders import Orders
 from .result_file import read_about
+from .signal_units import declared_unit
+from .statistics.sample import Metric
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +41,8 @@ class Repeated:
     number: int
     system: str
     inputs: Mapping[str, Any]
-    metrics: Mapping[str, float | None]  # of the campaign, SI
+    units: Mapping[str, str]  # of the inputs; "" for none
+    metrics: Mapping[Metric, float | None]  # of the campaign, SI
     same: bool | None  # whether the rows are those of the campaign; None: it has not simulated this run yet
     other_code: bool  # whether the code has changed since the campaign began
     failure: str = ""  # cause, if it failed
@@ -65,6 +70,7 @@ def rerun(folder: Path, number: int, out: Path | None = None, record: Sequence[s
         raise InputError(f"{folder / ORDERS}: cannot be read ({error}); it is of another version of flexsat") from None
     order = orders.order(number)
     case, system = orders.case_of(number)
+    paths = {file: folder / "files" / file.name for file in orders.files_of(number)}
     target = out or folder / RUNS / str(number)
     entry = read_entries(folder).get(number)
     task = Task(
@@ -85,17 +91,28 @@ def rerun(folder: Path, number: int, out: Path | None = None, record: Sequence[s
     if outcome.failure and (entry is None or entry["failure"] != outcome.failure or entry["cause"] != outcome.cause):
         raised = outcome.error or RunError(outcome.cause)
         raise InputError(f"run {number}: {raised}") if isinstance(raised, InputError) else raised
-    metrics = {} if entry is None else entry["metrics"]
+    found = {} if entry is None else entry["metrics"]
     return Repeated(
         folder=target,
         number=number,
         system=system,
         inputs=orders.cases[case - 1],
-        metrics={name: None if value is None else float(value) for name, value in metrics.items()},
+        units={one.name: one.unit or _declared(one, system_of(order, paths)) for one in orders.campaign.inputs},
+        metrics={
+            one: None if found[one.name] is None else float(found[one.name])
+            for one in orders.campaign.metrics
+            if one.name in found
+        },
         same=True if outcome.failure else outcome.result,
         other_code=about["code"] != code(),
         failure=outcome.cause,
     )
+
+
+def _declared(one: Input, system: System) -> str:
+    """Return the unit in which a parameter is set, if the campaign file gives none."""
+    units = {declared_unit(system, target) or "" for target in one.targets} if one.kind == "parameter" else {""}
+    return units.pop() if len(units) == 1 else ""
 
 
 def fly_whole(

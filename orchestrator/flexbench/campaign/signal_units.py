@@ -28,14 +28,19 @@ def check_signal_units(
     for system in systems:
         for metric in given:
             signal = sources[metric.name].of
-            component, _, variable = signal.partition(".")
-            known = {one.name: one for one in system.components}
-            if component not in known:
-                continue
-            found = read_description(known[component]).variables.get(variable)
-            declared = None if found is None or found.unit is None else found.unit.name
+            declared = declared_unit(system, signal)
             if declared not in (None, metric.shown_unit):
                 raise InputError(
                     f"{where}: metric.{metric.name}: unit = {metric.shown_unit!r}: {signal} is in {declared}, and "
                     f"metrics of signals are not converted; write unit = {declared!r}, and limits in it"
                 )
+
+
+def declared_unit(system: System, name: str) -> str | None:
+    """Return the unit that an FMU declares for a component's variable; None if there is no such one, or it has none."""
+    component, _, variable = name.partition(".")
+    for one in system.components:
+        if one.name == component:
+            found = read_description(one).variables.get(variable)
+            return None if found is None or found.unit is None else found.unit.name
+    return None

@@ -12,7 +12,7 @@ from lockstep.errors import RunError
 
 from .content import File
 from .pools import GONE, Answer, ClusterLost, DaskPool, Pool
-from .tasks import TRIES, DiskFull, Missing, Outcome, Task
+from .tasks import TRIES, Missing, NoResult, Outcome, Task
 
 _AHEAD = 2  # tasks that wait in the pool for each under way
 _LOOK = 0.2  # s between two calls of `idle`
@@ -30,8 +30,8 @@ def dispatch(tasks: Iterable[Task], pool: Pool, idle: Callable[[], None] = lambd
 
     Raises
     ------
-    DiskFull
-        If a machine cannot write what a task needs.
+    NoResult
+        If a machine cannot do what a task needs, in a second attempt too, or its disk is full.
     ClusterLost
         If the scheduler is gone.
     """
@@ -70,7 +70,7 @@ def dispatch(tasks: Iterable[Task], pool: Pool, idle: Callable[[], None] = lambd
                     if sent[task.number] > _OFTEN:
                         raise RunError(f"{task.title}: its files do not reach {answer.worker}; has it disk space?")
                     pending[pool.submit(task, _contents(answer, pool.settings.store), answer.worker)] = task
-                elif isinstance(answer.error, DiskFull):
+                elif isinstance(answer.error, NoResult):
                     raise answer.error
                 else:
                     yield answer

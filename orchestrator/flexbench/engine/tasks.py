@@ -15,7 +15,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi.safe_zip import TemporaryFolderError
 
 from .content import File, found, receive
-from .worker import LostWorker, Silence, Worker
+from .worker import LostWorker, MachineFailure, Silence, Worker
 
 Failure = Literal["", "error", "crash", "hang", "vanished"]
 TRIES = 2  # of a task whose process is lost
@@ -65,7 +65,11 @@ class Missing:
     worker: str
 
 
-class DiskFull(RunError):
+class NoResult(RunError):
+    """A machine cannot carry out a task: that says nothing about the task."""
+
+
+class DiskFull(NoResult):
     """A machine cannot write what a task needs: no result of the task."""
 
 
@@ -82,7 +86,6 @@ def carry_out(task: Task, settings: Settings, contents: Mapping[File, bytes] | N
     paths = found(task.files, settings.store)
     if lacking := tuple(file for file in task.files if file not in paths):
         return Missing(number=task.number, files=lacking, worker=worker_name())
-    worker = _worker(settings.pool)
     listener = _listeners.get(settings.pool)
 
     def progress(simulated: float, stop: float) -> None:
@@ -90,14 +93,19 @@ def carry_out(task: Task, settings: Settings, contents: Mapping[File, bytes] | N
             listener(task.number, simulated, stop)
 
     started = perf_counter()
-    lost: LostWorker | None = None
+    lost: LostWorker | MachineFailure | None = None
     arguments = (*task.arguments, paths) if task.files else task.arguments
     for attempt in range(1, TRIES + 1):
         about: dict[str, Any] = {"number": task.number, "attempts": attempt, "worker": worker_name()}
+        worker = _worker(settings.pool)  # in each attempt: the pool may have ended meanwhile
         try:
             result = worker.run(task.function, arguments, settings.silence, progress)
         except LostWorker as error:
             lost = error
+            continue
+        except MachineFailure as error:
+            lost = error
+            worker.restart()
             continue
         except TemporaryFolderError as error:
             return Outcome(error=DiskFull(str(error)), **about)
@@ -106,6 +114,9 @@ def carry_out(task: Task, settings: Settings, contents: Mapping[File, bytes] | N
             return Outcome(failure="error", cause=_line(error), error=error, **about)
         return Outcome(result=result, wall_time=perf_counter() - started, ended=time(), **about)
     assert lost is not None
+    if isinstance(lost, MachineFailure):
+        cause = f"{task.title}: {lost}, twice, on {socket.gethostname()}; mend that and give the same command again"
+        return Outcome(error=NoResult(cause), **about)
     about |= {"wall_time": perf_counter() - started, "ended": time()}
     return Outcome(failure=lost.kind, cause=lost.cause, **about)
 

@@ -38,6 +38,10 @@ class LostWorker(Exception):
         return self.cause
 
 
+class MachineFailure(Exception):
+    """The machine could not do what a task needs. `str` is the cause."""
+
+
 class BugInWorker(Exception):
     """A task raised what no task should raise; the traceback of its process is a note."""
 
@@ -71,6 +75,8 @@ class Worker:
         ------
         LostWorker
             If its process ends or hangs; the process is gone then.
+        MachineFailure
+            If the operating system refused something, or memory is short.
         InputError, RunError
             What the task raised.
         KeyboardInterrupt
@@ -89,6 +95,8 @@ class Worker:
                 return content[0]
             case "raised":
                 raise content[0]
+            case "machine":
+                raise MachineFailure(content[0])
         bug = BugInWorker(content[0])
         bug.add_note(content[1])
         raise bug
@@ -114,6 +122,10 @@ class Worker:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+
+    def restart(self) -> None:
+        """Have the next task carried out by another process."""
+        self._kill()
 
     def _started(self) -> multiprocessing.connection.Connection:
         """Return the connection to the process; start it if there is none, or it ended for want of tasks."""

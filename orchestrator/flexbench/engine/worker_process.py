@@ -63,8 +63,16 @@ def _answer(message: bytes) -> bytes:
         return _raised(error)
     except KeyboardInterrupt as error:
         return _raised(error)
+    except (OSError, MemoryError) as error:  # of the machine, such as too many open files
+        return pickle.dumps(("machine", _cause(error)))
     except Exception as error:  # a bug: its traceback would be lost with this process
         return pickle.dumps(("bug", f"{type(error).__name__}: {error}", traceback.format_exc()))
+
+
+def _cause(error: OSError | MemoryError) -> str:
+    if isinstance(error, MemoryError):
+        return "out of memory"
+    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
 
 
 def call(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:

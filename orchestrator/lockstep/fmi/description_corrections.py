@@ -15,14 +15,17 @@ import io
 import os
 import zipfile
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from fmpy.model_description import Unknown
+from fmpy.model_description import Unknown, read_model_description
 from lxml import etree  # type: ignore[import-untyped]
 
 _NAME = "modelDescription.xml"
 _LISTS = ("dependencies", "dependenciesKind")
+_KINDS = {"dependent", "constant", "fixed", "tunable", "discrete"}
+_LONG = 50_000  # characters of dependencies
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # elements inside a variable of FMI 1.0 and 2.0
 _PARAMETERS = ("parameter", "calculatedParameter")
 _TRUE = ("true", "1")
@@ -43,6 +46,29 @@ def read_root(source: str | IO[bytes]) -> etree._Element:
         return etree.fromstring(archive.read(_NAME), parser)
 
 
+def read_with_fmpy(source: str | IO[bytes], *, validate: bool) -> tuple[Any, etree._Element]:
+    """Return FMPy's model description, not corrected yet, and the root.
+
+    Raises
+    ------
+    Exception
+        Of FMPy, lxml or zipfile, whatever is wrong.
+    """
+    root = read_root(source)
+    light = without_initial_dependencies(root)
+    if light is not None:
+        with suppress(Exception):  # raised again for the file itself, whose lines it names
+            return read_model_description(light, validate=validate), root
+        root = read_root(_again(source))
+    return read_model_description(readable(_again(source), root, lenient=not validate), validate=validate), root
+
+
+def _again(source: str | IO[bytes]) -> str | IO[bytes]:
+    if not isinstance(source, str | os.PathLike):
+        source.seek(0)
+    return source
+
+
 def readable(source: str | IO[bytes], root: etree._Element, *, lenient: bool) -> str | IO[bytes]:
     """Return the source, or, where FMPy would end in an exception, an FMU that holds a corrected description alone.
 
@@ -60,8 +86,31 @@ def readable(source: str | IO[bytes], root: etree._Element, *, lenient: bool) ->
             if text is not None and text != " ".join(text.split()):
                 unknown.set(name, " ".join(text.split()))
                 changed = True
-    if not changed:
-        return source
+    return _packed(root) if changed else source
+
+
+def without_initial_dependencies(root: etree._Element) -> IO[bytes] | None:
+    """Return an FMU that holds a description of FMI 2.0 alone, without the dependencies of its initial unknowns.
+
+    Nothing uses them, and FMPy takes longer for long ones than for all the rest. None where they are short, or where
+    something in them is wrong, which FMPy then refuses. Otherwise they are removed from the root too.
+    """
+    unknowns = root.findall("ModelStructure/InitialUnknowns/Unknown") if root.get("fmiVersion") == "2.0" else []
+    if sum(len(unknown.get("dependencies", "")) for unknown in unknowns) < _LONG:
+        return None
+    words = {name: {word for text in {unknown.get(name, "") for unknown in unknowns} for word in text.split()}
+             for name in _LISTS}  # fmt: skip
+    variables = {str(number) for number, _ in enumerate(_elements(root), 1)}
+    if not (words["dependencies"] <= variables and words["dependenciesKind"] <= _KINDS):
+        return None
+    for unknown in unknowns:
+        for name in _LISTS:
+            unknown.attrib.pop(name, None)
+    return _packed(root)
+
+
+def _packed(root: etree._Element) -> IO[bytes]:
+    """Return an FMU that holds a description alone."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as packed:
         packed.writestr(_NAME, etree.tostring(root, encoding="UTF-8", xml_declaration=True))

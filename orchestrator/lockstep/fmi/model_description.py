@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import IO, Any
 
 import fmpy
-from fmpy.model_description import read_model_description
 
 from lockstep.array_names import element_name
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.declared_units import DeclaredUnits, declared_units
-from lockstep.fmi.description_corrections import correct, negated_aliases, read_root, readable, text_starts
+from lockstep.fmi.description_corrections import correct, negated_aliases, read_root, read_with_fmpy, text_starts
 from lockstep.fmi.platforms import PLATFORMS, library_path
 from lockstep.fmi.safe_zip import open_file, open_zip, sha256_of
 from lockstep.fmi.slave import Scalar
@@ -284,10 +283,7 @@ def parse_description(source: Any, *, validate: bool = True) -> Any:
     It is fmpy's, corrected where fmpy reads it wrongly.
     """
     try:
-        root = read_root(source)
-        if not isinstance(source, str):
-            source.seek(0)
-        model = read_model_description(readable(source, root, lenient=not validate), validate=validate)
+        model, root = read_with_fmpy(source, validate=validate)
     except Exception as error:  # fmpy raises bare Exception for whatever is wrong in the XML
         problems = (" ".join(str(problem).split()) for problem in getattr(error, "problems", ()))
         raise _BadDescription(" ".join(str(error).split()), *problems) from None

@@ -31,9 +31,15 @@ _ROOM = 4  # groups that have to fit on the disk, or the file is made at the end
 class Conversion:
     """The compressed file of a run that goes on. What cannot be done beside the run is done at its end."""
 
-    def __init__(self, folder: Path, schema: pa.Schema, block: int, cores: Collection[int] = ()) -> None:
-        """Start nothing yet; rows come in blocks of so many at most, and the thread may run on these cores."""
+    def __init__(
+        self, folder: Path, schema: pa.Schema, block: int, cores: Collection[int] = (), *, only_stream: bool = False
+    ) -> None:
+        """Start nothing yet; rows come in blocks of so many at most, and the thread may run on these cores.
+
+        With `only_stream` there will be no file: groups hold rows for those who look at them.
+        """
         self._folder, self._schema, self._cores = folder, schema, cores
+        self._only_stream = only_stream
         self._rows_per_group = _rows_per_group(schema, block)
         self.group = RowGroup(schema, self._rows_per_group)  # that is filled
         self._spare: SimpleQueue[RowGroup] = SimpleQueue()
@@ -54,7 +60,7 @@ class Conversion:
 
     def next_group(self) -> None:
         """Have the present group written, and begin another one."""
-        if self._failed:
+        if self._failed or self._only_stream:
             self.group.clear()
             return
         if self._thread is None:
@@ -79,6 +85,8 @@ class Conversion:
         Raises OSError if that fails, or the stream does not give back so many rows; it then stays, and nothing else.
         """
         self._end_thread()
+        if self._only_stream:
+            return
         if self._failed:
             convert(self._folder, rows)
             return

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 
 from lockstep.processes.cpu_affinity import core_assignment
@@ -18,6 +19,7 @@ from lockstep.results.stream import STREAM
 from lockstep.results.stream_writer import StreamWriter
 
 _BLOCK_BYTES = 4_000_000  # of one batch on disk, when there are more signals
+_SCRATCH_ROWS = 500  # in a block of a scratch run, at least: nobody reads it before its end
 _LOOK_BLOCKS = 8  # that a monitor looks at together: each look takes a millisecond
 _CONTINUED = f".{STREAM}.continued"  # the file of a resumed run, until it holds the rows saved before
 
@@ -52,14 +54,22 @@ class Recorder:
         rows_per_block: int,
         saved: SavedRows | None = None,
         observed: Observed | None = None,
+        *,
+        scratch: bool = False,
     ) -> None:
-        """Start a file, or continue that of an earlier part of the same run after the rows saved from it."""
+        """Start a file, or continue that of an earlier part of the same run after the rows saved from it.
+
+        A scratch run is read once by the program that simulates it, and removed: its blocks are longer, are written
+        in the thread of the loop, and stay a stream.
+        """
         self._folder = folder
         self._observed = observed
-        self._columns = Columns(signals, max(1, min(rows_per_block, _BLOCK_BYTES // (8 * (len(signals) + 1)))))
+        self.scratch = scratch
+        wanted = max(rows_per_block, _SCRATCH_ROWS) if scratch else rows_per_block
+        self._columns = Columns(signals, max(1, min(wanted, _BLOCK_BYTES // (8 * (len(signals) + 1)))))
         self.block: Block = self._columns.block()  # that is filled
         self.count = 0  # rows in it
-        self._spare = self._columns.block()
+        self._spare = self.block if scratch else self._columns.block()
         self._size, self._rows, self._times = self.block.size, self.block.rows, self.block.times
         self._seen = 0  # rows of the present group that the monitor has looked at
         self._blocks: list[pa.RecordBatch] = []  # of a run in memory
@@ -69,7 +79,7 @@ class Recorder:
         cores = core_assignment().cores
         path = folder / (STREAM if saved is None else _CONTINUED)
         self._stream = StreamWriter(path, self._columns.schema, cores)
-        self._conversion = Conversion(folder, self._columns.schema, self._columns.size, cores)
+        self._conversion = Conversion(folder, self._columns.schema, self._columns.size, cores, only_stream=scratch)
         if saved is not None:
             self._continue(saved)
 
@@ -177,9 +187,24 @@ class Recorder:
             self._keep(self._columns.copy(self.block, count))
             return
         self._complete_write()
+        if self.scratch:
+            self._write_here(count)
+            return
         self._stream.begin(partial(self._columns.piece, self.block, count), self._written)
         self.block, self._spare = self._spare, self.block
         self._rows, self._times = self.block.rows, self.block.times
+
+    def _write_here(self, count: int) -> None:
+        """Write the first rows of the block in this thread, and note what they show.
+
+        What Arrow allocates in a thread of each run stays with the process when the thread ends.
+        """
+        piece = self._columns.piece(self.block, count)
+        self._stream.write(piece)
+        with np.errstate(over="ignore"):  # as in the loop
+            found = self._written(piece)
+        if self._observed is not None:
+            self._observed.note(found)
 
     def _keep(self, batch: pa.RecordBatch) -> None:
         """Keep a block in memory."""
@@ -234,7 +259,7 @@ class Recorder:
         return sizes[0] if sizes else 0
 
     def close(self) -> None:
-        """Write the last rows, convert the stream, remove it. When that fails the stream stays readable.
+        """Write the last rows; convert the stream and remove it, but for a scratch run's. It stays if that fails.
 
         Raises OSError, also for a stream that does not give back every row that was written.
         """

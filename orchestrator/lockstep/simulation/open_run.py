@@ -125,8 +125,9 @@ class OpenRun:
         """Continue the file of the signals after these rows of it."""
         run, plan = self.run, self.plan
         assert run.folder is not None
+        scratch = self.recorder.scratch
         self.recorder.abandon()
-        run.recorder = Recorder(run.folder, plan.signals, rows_per_block(plan), saved)
+        run.recorder = Recorder(run.folder, plan.signals, rows_per_block(plan), saved, scratch=scratch)
         self._bind()
 
     def fail(self, error: BaseException) -> NoReturn:
@@ -288,7 +289,8 @@ def open_run(
     )
     run.begin()
     try:
-        run.recorder = open_files(plan, events, run.folder, restart, observed)  # its threads are not raised
+        recorder = open_files(plan, events, run.folder, restart, observed, scratch=options.scratch)
+        run.recorder = recorder  # its threads are not raised
         if wanted != (None, None):
             thread = stack.enter_context(real_time_thread(*wanted))
             record["real_time"] = thread.record

@@ -49,6 +49,7 @@ class RunOptions:
     tick: str = "auto"  # what executes ticks: "python", "c", or C where it can be had; the results are equal
     threads: int | str | None = None  # that step FMUs beside each other, at most; None or "auto": where that is quicker
     kept: KeptFmus | None = None  # instances from earlier runs in this process, and for later ones
+    scratch: bool = False  # the folder is read once and removed: signals stay an uncompressed stream, of longer blocks
 
     def __repr__(self) -> str:
         """Show what is given."""
@@ -84,6 +85,7 @@ class NamedOptions(TypedDict, total=False):
     tick: str
     threads: int | str | None
     kept: KeptFmus | None
+    scratch: bool
 
 
 def chosen_options(options: RunOptions | None, named: NamedOptions) -> RunOptions:

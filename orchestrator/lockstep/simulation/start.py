@@ -130,7 +130,13 @@ def observed_by(plan: Plan, watch: Watch | None, events: Events) -> Observed | N
 
 
 def open_files(
-    plan: Plan, events: Events, folder: Path | None, restart: Restart | None, observed: Observed | None
+    plan: Plan,
+    events: Events,
+    folder: Path | None,
+    restart: Restart | None,
+    observed: Observed | None,
+    *,
+    scratch: bool = False,
 ) -> Recorder:
     """Open the events and the signals of the run; without a folder they stay in memory."""
     stop = seconds(plan.stop_time)
@@ -140,7 +146,8 @@ def open_files(
         events.add("start", stop_time=stop)
     else:
         restart.open_events(events, folder, stop)
-    return Recorder(folder, plan.signals, rows_per_block(plan), restart.saved_rows if restart else None, observed)
+    saved = restart.saved_rows if restart else None
+    return Recorder(folder, plan.signals, rows_per_block(plan), saved, observed, scratch=scratch)
 
 
 def rows_per_block(plan: Plan) -> int:

@@ -18,7 +18,7 @@ from flexbench.engine.dispatch import dispatch
 from flexbench.engine.job_progress import show_jobs
 from flexbench.engine.jobs import Job, run_jobs
 from flexbench.engine.pools import LocalPool, settings_of
-from flexbench.engine.tasks import Task
+from flexbench.engine.tasks import NoResult, Task
 from flexbench.engine.worker import BugInWorker
 from lockstep import InputError, RunError
 
@@ -157,3 +157,41 @@ def test_a_bug_in_a_task_comes_with_the_traceback_of_its_process():
         pool.close()
     (note,) = caught.value.__notes__
     assert "worker_process.py" in note
+
+
+def carried_out(code):
+    """Return the outcome of a task that is lines of Python."""
+    pool = LocalPool(settings_of(), 1)
+    try:
+        (outcome,) = dispatch([Task(number=1, title="run 1", function=exec, arguments=(code,))], pool)
+    finally:
+        pool.close()
+    return outcome
+
+
+def test_what_a_machine_refuses_once_is_tried_again_in_another_process(tmp_path):
+    mark = tmp_path / "mark"
+    outcome = carried_out(f"""
+import os, pathlib
+mark = pathlib.Path({str(mark)!r})
+first = not mark.exists()
+with mark.open("a") as stream:
+    stream.write(f"{{os.getpid()}} ")
+if first:
+    raise OSError(24, "Too many open files", "signals")
+""")
+
+    assert (outcome.failure, outcome.error, outcome.attempts) == ("", None, 2)
+    assert len(set(mark.read_text().split())) == 2
+
+
+@pytest.mark.parametrize(
+    ("error", "cause"),
+    [
+        ("OSError(24, 'Too many open files', 'signals')", "signals: Too many open files"),
+        ("MemoryError", "out of memory"),
+    ],
+)
+def test_what_a_machine_refuses_twice_is_no_result_and_no_bug(error, cause):
+    with pytest.raises(NoResult, match=f"^run 1: {cause}, twice, on .*; mend that and give the same command again$"):
+        carried_out(f"raise {error}")

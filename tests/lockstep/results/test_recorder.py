@@ -10,6 +10,7 @@ import pytest
 from lockstep import InputError, Unit, read_signals
 from lockstep.fmi.model_description import Variable
 from lockstep.results import conversion
+from lockstep.results.monitor import Observed
 from lockstep.results.recorder import Recorder
 from lockstep.results.signal_patterns import Signal
 
@@ -24,8 +25,8 @@ def signal(name, kind="Real", unit=None):
 SIGNALS = [signal("n", "Integer"), signal("x[1]", unit="m/s"), signal("ok", "Boolean"), signal("x[2]", unit="m/s")]
 
 
-def record(folder, rows, rows_per_second=10, close=True):
-    made = Recorder(folder, SIGNALS, rows_per_second)
+def record(folder, rows, rows_per_second=10, close=True, **more):
+    made = Recorder(folder, SIGNALS, rows_per_second, **more)
     for row in range(rows):
         reals, integers, booleans, *_ = made.row(row / 10)
         reals[:] = row, -row
@@ -48,6 +49,26 @@ def test_rows_come_back_by_name_in_the_order_given(tmp_path, rows):
     np.testing.assert_array_equal(signals["c.n"], 2 * row)
     np.testing.assert_array_equal(signals["c.ok"], row % 2)
     assert signals["c.ok"].dtype == np.float64
+
+
+@pytest.mark.parametrize("rows", [0, 1, 499, 500, 501, 5003])
+def test_a_scratch_run_stays_a_stream_whose_monitor_sees_each_row_once(tmp_path, monkeypatch, rows):
+    monkeypatch.setattr(conversion, "_GROUP_BYTES", 120_000)  # of 3,000 rows
+    seen = []
+
+    class Everything:
+        def rows(self, time, columns):
+            seen.extend(zip(time.tolist(), columns["c.n"].tolist(), strict=True))
+            return []
+
+    record(tmp_path, rows, observed=Observed(Everything(), lambda *_, **__: None), scratch=True)
+
+    assert [path.name for path in tmp_path.iterdir()] == ["signals.arrows"]
+    signals = read_signals(tmp_path)
+    row = np.arange(rows)
+    np.testing.assert_array_equal(signals.time, row / 10)
+    np.testing.assert_array_equal(signals["c.x"], np.column_stack([row, -row]))
+    assert seen == [(k / 10, 2 * k) for k in range(rows)]
 
 
 def test_units_and_descriptions_are_in_the_metadata(tmp_path):

@@ -15,18 +15,18 @@ Table = tuple[list[str], list[list[str]]]  # header and rows
 _STRONGEST = 5  # correlations of each metric in a table
 
 
-def number(value: float, digits: int = 4) -> str:
-    """Return a number with few digits; a dash where there is none, `lost` for one among the lost runs."""
+def number(value: float) -> str:
+    """Return a number with four digits; a dash where there is none, `lost` for one among the lost runs."""
     if math.isnan(value):
         return "-"
     if math.isinf(value):
         return "lost"  # a percentile among the lost runs
-    return f"{value:.{digits}g}"
+    return f"{value:.4g}"
 
 
-def bounds(low: float, high: float, digits: int = 4) -> str:
+def bounds(low: float, high: float) -> str:
     """Return bounds as text; one that so few runs do not have is a question mark."""
-    texts = ["?" if math.isinf(one) or math.isnan(one) else number(one, digits) for one in (low, high)]
+    texts = ["?" if math.isinf(one) or math.isnan(one) else number(one) for one in (low, high)]
     return " to ".join(texts)
 
 
@@ -37,7 +37,7 @@ def metric_table(found: Sequence[Evaluation]) -> Table:
         for metric, about in zip(one.metrics, one.descriptions, strict=True):
             s, low_is_worse = metric.scale, metric.worse == "low"
             top = next(p for p in about.percentiles if p.share == (0.05 if low_is_worse else 0.95))
-            text = f"{share_text(top.share)} {number(top.value / s)} ({bounds(top.low / s, top.high / s, 3)})"
+            text = f"{share_text(top.share)} {number(top.value / s)} ({bounds(top.low / s, top.high / s)})"
             worst = number((about.least if low_is_worse else about.most) / s)
             rows.append([_of(one, found, metric.name), metric.shown_unit, number(about.mean / s),
                          number(about.deviation / s), text, worst, str(about.lost)])  # fmt: skip
@@ -95,6 +95,13 @@ def _input_text(sample: Sample, name: str, run: int) -> str:
     return number(float(sample.inputs[name][run])) if name in sample.inputs else sample.choices[name][run]
 
 
+def run_text(value: float | None, metric: Metric) -> str:
+    """Return a metric of one run with its unit; `none` if the run does not have it."""
+    if value is None:
+        return "none"
+    return "never" if math.isinf(value) else f"{number(value / metric.scale)} {metric.shown_unit}".rstrip()
+
+
 def correlation_table(found: Sequence[Evaluation]) -> Table:
     """Return the strongest rank correlations of each metric that the runs show."""
     rows = [
@@ -110,8 +117,8 @@ def correlation_table(found: Sequence[Evaluation]) -> Table:
 def sobol_table(metric: str, indices: Sequence[SobolIndex]) -> Table:
     """Return the Sobol indices of a metric, the largest total index first."""
     rows = [
-        [metric, one.input, f"{one.first:.3f}", bounds(one.first_low, one.first_high, 2), f"{one.total:.3f}",
-         bounds(one.total_low, one.total_high, 2)]
+        [metric, one.input, f"{one.first:.3f}", f"{one.first_low:.3f} to {one.first_high:.3f}", f"{one.total:.3f}",
+         f"{one.total_low:.3f} to {one.total_high:.3f}"]
         for one in sorted(indices, key=lambda each: -each.total)
     ]  # fmt: skip
     return ["metric", "input", "first order", "95 % bounds", "total", "95 % bounds"], rows

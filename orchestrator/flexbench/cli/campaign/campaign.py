@@ -125,14 +125,15 @@ def _run(path: Path, out: Path | None, make_pool: MakePool, stop_when: str | Non
 
 def _rerun(given: tuple[str, ...], out: Path | None, record: tuple[str, ...]) -> int:
     from ...campaign.rerun import rerun
+    from ...campaign.statistics.tables import run_text
 
     if len(given) != 2 or not given[1].isdecimal():
         raise InputError("rerun: give the folder of a campaign and the number of a run: rerun results/short 17")
     found = rerun(Path(given[0]), int(given[1]), out, record)
     for name, value in found.inputs.items():
-        print(f"{name} = {value}")
-    for name, number in found.metrics.items():
-        print(f"{name}: {'none' if number is None else f'{number:.6g}'}")
+        print(f"{name} = {value} {found.units[name]}".rstrip())
+    for metric, number in found.metrics.items():
+        print(f"{metric.name}: {run_text(number, metric)}")
     if found.failure:
         print(f"run {found.number} fails as in the campaign: {found.failure}", file=sys.stderr)
         return 1

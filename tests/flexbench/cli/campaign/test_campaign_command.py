@@ -30,6 +30,7 @@ distribution = "uniform"
 [metric.largest]
 of = "a.y"
 take = "max"
+unit = "um"
 """
 
 
@@ -63,7 +64,9 @@ def test_a_campaign_is_run_and_one_of_its_runs_repeated(folder, tmp_path, capsys
         "inputs:a.u",
     ]
     assert main(words) == 0
-    assert f"{tmp_path / 'again'}: same rows as in the campaign" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"{tmp_path / 'again'}: same rows as in the campaign" in said
+    assert re.search(r"^u = 0\.\d+\nlargest: -?\d+(\.\d+)?(e-\d+)? um$", said, re.MULTILINE), said
     assert set(read_signals(tmp_path / "again")) == {"a.y", "a.began", "a.steps", "a.odd", "a.u"}
 
 
