@@ -3,6 +3,7 @@
 Also the FMUs that several folders of tests use: those of flexsat, and those in C.
 """
 
+import gc
 import importlib.util
 import os
 import shutil
@@ -56,6 +57,15 @@ def _given_tick(request: pytest.FixtureRequest) -> Generator[None, None, None]:
 
             patch.setattr(open_run, "choose_tick", choose)
         yield
+
+
+gc.disable()  # while the tests are collected: nothing that comes then goes again
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage again, but not among modules and tests, which stay to the end."""
+    gc.enable()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -36,6 +36,8 @@ COMPONENTS = ("sensors", "controller", "plant")  # in the order of a tick
 COPIED = ("run_fmpy.py", "run_lockstep.py", "run_package.py", "run_simulate_ssp.py")  # what they import takes a second
 IMPORTED = ("numpy", "fmpy.fmi2", "fmpy.ssp.simulation", "lockstep.simulation", "lockstep.results.read")
 ENVIRONMENT = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+# packages of another environment are installed without compiled files: it takes less time to compile what is imported
+COMPILING = {"PYTHONDONTWRITEBYTECODE": ""}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,8 +189,9 @@ class Bench:
         if script in COPIED and str(python) == sys.executable:
             done = _copies().run(command, timeout=limit)
         else:
+            own = ENVIRONMENT if str(python) == sys.executable else ENVIRONMENT | COMPILING
             done = subprocess.run(
-                [python, *command], capture_output=True, text=True, check=False, timeout=limit, env=ENVIRONMENT
+                [python, *command], capture_output=True, text=True, check=False, timeout=limit, env=own
             )
         assert done.returncode == 0, f"{script}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
         return load(saved)

@@ -14,14 +14,16 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from lockstep.adapter.bind import Binding, Variables, bind
+from lockstep.adapter.rotation import quaternion_from_mrp
 from lockstep.adapter.slave import AdaptedSlave
 from lockstep.errors import RunError
 from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
-from lockstep.fmi.slave import DTYPES, SCALARS, WARNING
+from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.processes.child_call import call_in_child
 from lockstep.processes.child_process import ChildProcess, printed_lines
@@ -96,6 +98,8 @@ def serve() -> None:
     """Answer the task in the folder that is the argument; runs in a process of one thread, which may fork."""
     folder = Path(sys.argv[1])
     component, description, adapters, excitation, span = pickle.loads((folder / _TASK).read_bytes())
+    if any(entry.attitude is not None for adapter in adapters for entry in adapter.entries):
+        quaternion_from_mrp(np.zeros(3))  # imports SciPy's rotations here, once: the copies of this process have them
     answers = [_variant(component, description, adapter, excitation, span) for adapter in adapters]
     (folder / _ANSWERS).write_bytes(pickle.dumps(answers))
 
@@ -150,12 +154,13 @@ def _torque(
         slave = instantiate(component, description, folder, lambda *_: None, alone=True)
         try:
             adapted = AdaptedSlave(slave, binding)
+            sensors = _Sensors(adapted, binding, excitation)
             _called(adapted, "SetupExperiment", adapted.setup_experiment(0.0, len(rates) * seconds(step)))
             _called(adapted, "EnterInitializationMode", adapted.enter_initialization())
-            _set_sensors(adapted, binding, excitation, positions[0], rates[0])
+            sensors.measure(positions[0], rates[0])
             _called(adapted, "ExitInitializationMode", adapted.exit_initialization())
             for number, (position, speed) in enumerate(zip(positions, rates, strict=True)):
-                _set_sensors(adapted, binding, excitation, position, speed)
+                sensors.measure(position, speed)
                 _called(adapted, "DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
             torque = np.zeros(len(excitation.torque))
             references = [binding.shown[name].reference for name in excitation.torque]
@@ -186,16 +191,34 @@ def motion(rotation: Array, rate: Array, count: int, step: float) -> tuple[Array
     return step * np.cumsum(rates, axis=0), rates
 
 
-def _set_sensors(slave: AdaptedSlave, binding: Binding, excitation: Excitation, rotation: Array, rate: Array) -> None:
-    """Set the sensors' measurements. The rotation is about one axis, so that the MRP is tan(angle / 4)."""
-    values = dict(excitation.nominal)
-    values |= dict(zip(excitation.attitude, np.tan(rotation / 4.0).tolist(), strict=True))
-    values |= {name: float(np.dot(axis, rate)) for name, axis in excitation.rate.items()}
-    for scalar in SCALARS:
-        ports = [v for v in binding.shown.values() if v.scalar == scalar and v.name in values]
-        if ports:
-            references = np.array([v.reference for v in ports], np.uint32)
-            slave.setter(scalar, references, np.array([values[v.name] for v in ports], DTYPES[scalar]))()
+class _Sensors:
+    """Inputs of a slave that hold the sensors' measurements, at rest until a motion is measured."""
+
+    def __init__(self, slave: AdaptedSlave, binding: Binding, excitation: Excitation) -> None:
+        moved = (*excitation.attitude, *excitation.rate)
+        values = {**excitation.nominal, **dict.fromkeys(moved, 0.0)}
+        self._axes = np.array(list(excitation.rate.values())).reshape(-1, 3)
+        self._calls: list[Callable[[], int]] = []
+        self._places: list[tuple[Buffer, NDArray[np.intp], NDArray[np.intp]]] = []  # buffer, positions, which is moved
+        for scalar in SCALARS:
+            ports = [v for v in binding.shown.values() if v.name in values and v.scalar == scalar]
+            if not ports:
+                continue
+            names = [v.name for v in ports]
+            buffer: Buffer = np.array([values[name] for name in names], DTYPES[scalar])
+            self._calls.append(slave.setter(scalar, np.array([v.reference for v in ports], np.uint32), buffer))
+            there = [k for k, name in enumerate(moved) if name in names]
+            self._places.append(
+                (buffer, np.array([names.index(moved[k]) for k in there], np.intp), np.array(there, np.intp))
+            )
+
+    def measure(self, rotation: Array, rate: Array) -> None:
+        """Set the measurements. The rotation is about one axis, so that the MRP is tan(angle / 4)."""
+        measured = np.concatenate([np.tan(rotation / 4.0), self._axes @ rate])
+        for buffer, positions, which in self._places:
+            buffer[positions] = measured[which]
+        for call in self._calls:
+            call()
 
 
 def _called(slave: AdaptedSlave, call: str, status: int) -> None:

@@ -212,7 +212,7 @@ def _metadata(
 ) -> bytes:
     config = designs.corrected.config
     set_values = scalar_overrides(scenario_parameters(scenario, slew=config.slew))
-    classifications: dict[str, dict[str, str]] = {
+    classifications: dict[str, Mapping[str, str]] = {
         "com.flexsat.versions": versions(),
         "com.flexsat.system": {"configuration": config.name, "scenario": scenario},
         "com.flexsat.fmu": {f"{name}.guid": fmu.guid for name, fmu in built.items()}

@@ -7,8 +7,10 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from flexsat.description.configuration import Configuration
@@ -24,9 +26,10 @@ EARLIER = "earlier_build"  # marks a file that the last build of its configurati
 PACKAGES = ("flexsat", "numpy", "scipy", "control", "clarabel", "pythonfmu", "matplotlib", "jinja2")
 
 
-def versions() -> dict[str, str]:
+@cache  # each file of a build names them
+def versions() -> Mapping[str, str]:
     """Return the versions that a build depends on."""
-    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+    return MappingProxyType({"python": platform.python_version(), **{name: version(name) for name in PACKAGES}})
 
 
 def describe_configuration(
@@ -43,7 +46,7 @@ def describe_configuration(
         for component, fmu in built.items()
     }
     files = {path.relative_to(folder).as_posix(): {"sha256": _sha256(path)} for path in others}
-    return {"versions": versions(), "parameters": _parameters(config), "fmus": fmus, "files": files}
+    return {"versions": dict(versions()), "parameters": _parameters(config), "fmus": fmus, "files": files}
 
 
 def _parameters(config: Configuration) -> dict[str, Any]:

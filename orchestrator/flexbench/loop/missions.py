@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -181,9 +181,9 @@ def mission_ports(designs: Designs) -> dict[str, tuple[Port, ...]]:
     return {"mission": mission.ports(data), "environment": environment.ports(data), "thrusters": thrusters.ports(data)}
 
 
-def _all_ports(designs: Designs) -> dict[str, dict[str, Port]]:
-    more = mission_ports(designs)
-    return ports_of(designs) | {component: {port.name: port for port in ports} for component, ports in more.items()}
+def _all_ports(designs: Designs) -> dict[str, Mapping[str, Port]]:
+    more = {component: {port.name: port for port in ports} for component, ports in mission_ports(designs).items()}
+    return dict(ports_of(designs)) | more
 
 
 def _periods(designs: Designs) -> dict[str, Time]:

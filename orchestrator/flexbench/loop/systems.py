@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 from flexsat.closed_loop import PORTS
@@ -69,7 +70,8 @@ def connections(designs: Designs, naming: Naming = "structured") -> tuple[Connec
     return tuple(found)
 
 
-def ports_of(designs: Designs) -> dict[str, dict[str, Port]]:
+@lru_cache(maxsize=2)  # a build asks for them once for each scenario and each kind of FMU
+def ports_of(designs: Designs) -> Mapping[str, Mapping[str, Port]]:
     """Return the ports of each component by name."""
     return {
         component: {port.name: port for port in ports(getattr(designs.corrected, component))}

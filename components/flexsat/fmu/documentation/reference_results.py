@@ -11,6 +11,7 @@ import hashlib
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -18,7 +19,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
-from ...ports.table import KINDS, FmiVersion, PortTable, Scalar, Variable
+from ...ports.table import KINDS, Causality, FmiVersion, PortTable, Scalar, Variable
 from .experiments import Experiment
 from .fixed_order_run import use_fixed_order
 from .xml_text import xml_bytes
@@ -42,7 +43,7 @@ _TAGS = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "string": "
 ResultRow = list[Any]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Run:
     """The inputs and outputs of an experiment, in the order of the component's variables.
 
@@ -100,8 +101,8 @@ def reference_files(table: PortTable, runs: Sequence[Run], fmi: FmiVersion = "2.
         if run.experiment.parameters:
             files[f"{name}-parameters.ssv"] = _parameter_set(table, run.experiment)
         if run.experiment.stimuli is not None:
-            files[f"{name}-stimuli.csv"] = _csv(_of_causality(table, "input"), run.inputs, fmi)
-        files[f"{name}-references.csv"] = _csv(_of_causality(table, "output"), run.outputs, fmi)
+            files[f"{name}-stimuli.csv"] = _csv(table, run, "input", fmi)
+        files[f"{name}-references.csv"] = _csv(table, run, "output", fmi)
     files[EXPERIMENTS] = _experiments(runs, files)
     files[MANIFEST] = _manifest(files)
     return {f"{FOLDER}/{name}": content for name, content in files.items()}
@@ -184,14 +185,22 @@ def _get(slave: Any, variables: Sequence[Variable]) -> ResultRow:
     return [values[v.port.kind][v.value_reference] for v in variables]
 
 
-def _csv(variables: Sequence[Variable], rows: Sequence[ResultRow], fmi: FmiVersion) -> bytes:
+def _csv(table: PortTable, run: Run, causality: Causality, fmi: FmiVersion) -> bytes:
     """Write numbers so that reading them gives the same bits; booleans are 0 and 1."""
     arrays = fmi == "3.0"
+    variables = _of_causality(table, causality)
     names = dict.fromkeys(v.port.name if arrays else v.name for v in variables)
     head = ",".join(f'"{name}"' for name in ("time", *names))
-    marks = [" " if arrays and v.element > 0 else "," for v in variables]  # before each value
+    marks = tuple(" " if arrays and v.element > 0 else "," for v in variables)
+    return f"{head}\n{_lines(run, causality, marks)}".encode()
+
+
+@lru_cache(maxsize=32)  # the FMUs of a component, flat and in C, have the same numbers
+def _lines(run: Run, causality: Causality, marks: tuple[str, ...]) -> str:
+    """Return a line for each row; `marks` stand before its values, but for the time."""
+    rows = run.inputs if causality == "input" else run.outputs
     lines = [repr(row[0]) + "".join(mark + _number(x) for mark, x in zip(marks, row[1:], strict=True)) for row in rows]
-    return "\n".join([head, *lines, ""]).encode()
+    return "\n".join([*lines, ""])
 
 
 def _number(value: Scalar) -> str:

@@ -60,6 +60,14 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _compiling():
+    """Let the other Python keep what it compiles: its packages are installed without compiled files."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "")
+        yield
+
+
 def cross(vector):
     """Return the matrix of the product `vector x`."""
     x, y, z = vector
