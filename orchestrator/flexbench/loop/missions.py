@@ -197,7 +197,7 @@ def _periods(designs: Designs) -> dict[str, Time]:
 
 
 def _connect(
-    known: dict[str, dict[str, Port]],
+    known: Mapping[str, Mapping[str, Port]],
     periods: dict[str, Time],
     tick: Time,
     wire: tuple[str, str, tuple[str, ...], tuple[str, ...], int],
