@@ -187,32 +187,45 @@ def make_logarithmic(axes: Axes) -> None:
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure to one file, in the format of its name: .png or .svg; raise InputError if that cannot be."""
+    _lay_out(figure)
     try:
-        if path.suffix == ".svg":
-            write_atomically(path, _svg(figure, path.stem).encode())
-            return
-        drawn = BytesIO()
-        figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
-        write_atomically(path, drawn.getvalue())
+        write_atomically(path, _svg(figure, path.stem).encode() if path.suffix == ".svg" else _png(figure))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `folder`/`name`.png and .svg, the same bytes for the same figure; return their paths."""
+    _lay_out(figure)
     png, svg = folder / f"{name}.png", folder / f"{name}.svg"
-    drawn = BytesIO()
-    figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
-    write_atomically(png, drawn.getvalue())
-    figure.set_layout_engine("none")  # its parts keep their places: finding them takes as long as to draw them
+    write_atomically(png, _png(figure))
     write_atomically(svg, _svg(figure, name).encode())
     return [png, svg]
 
 
 def svg_text(figure: Figure, name: str) -> str:
     """Return a figure as SVG from its root element on, as a page takes it; the same text for the same figure."""
+    _lay_out(figure)
     text = _svg(figure, name)
     return text[text.index("<svg") :]
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place the parts of a figure, once for all its files: where an engine is left, each file is drawn twice."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    usual = figure.dpi
+    figure.set_dpi(RESOLUTION)  # whole pixels of the text's height and width are those of the PNG
+    engine.execute(figure)
+    figure.set_dpi(usual)
+    figure.set_layout_engine(None)
+
+
+def _png(figure: Figure) -> bytes:
+    drawn = BytesIO()
+    figure.savefig(drawn, format="png", dpi=RESOLUTION, metadata={"Software": None})
+    return drawn.getvalue()
 
 
 def _svg(figure: Figure, name: str) -> str:

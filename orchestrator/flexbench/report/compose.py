@@ -12,7 +12,7 @@ from lockstep import InputError
 from .figure_images import drawn_images, fitted_images, stored_images
 from .headline import headline_blocks
 from .layouts_page import TITLE, layouts_blocks
-from .loop_blocks import loop_blocks
+from .loop_blocks import loop_blocks, loop_numbers_of
 from .paper_figures import paper_figures
 from .results import Result, Unread
 from .run_data import RunData, Window, read_run_data
@@ -109,7 +109,8 @@ def _sections(runs: Sequence[RunData], studies: Sequence[Path], unread: Sequence
     if margins:
         yield PageSection(anchor="design-margins", title="Margins and spillover", blocks=margins)
     yield from _figures(results, studies)
-    numbers = [*loop_blocks(results), *number_blocks(runs, with_metrics=not studies)]
+    loops = [loop_numbers_of(result) for result in results]
+    numbers = [*loop_blocks(results, loops), *number_blocks(runs, loops, with_metrics=not studies)]
     if numbers:
         yield PageSection(anchor="numbers", title="Numbers", blocks=numbers)
     yield PageSection(

@@ -20,9 +20,12 @@ _WINDOWS = (
 )
 
 
-def loop_blocks(results: Sequence[Result]) -> list[Block]:
-    """Return RMS and peak in the windows of each run with a plant of flexsat, and when it settled."""
-    found = [(result.name, numbers) for result in results if (numbers := loop_numbers_of(result)) is not None]
+def loop_blocks(results: Sequence[Result], loops: Sequence[LoopNumbers | None]) -> list[Block]:
+    """Return RMS and peak in the windows of each run with a plant of flexsat, and when it settled.
+
+    `loops` are the numbers of each run, from `loop_numbers_of`.
+    """
+    found = [(result.name, one) for result, one in zip(results, loops, strict=True) if one is not None]
     if not found:
         return []
     if len(found) > MOST_TABLES:

@@ -101,7 +101,7 @@ def motion_data(signals: Signals, run: Run, budget: int) -> dict[str, Any] | Non
     band: dict[str, Any] = {}
     if stride > 1:
         nyquist = 0.5 / (stride * step)
-        every = float(np.sum(modal**2)) / len(modal)
+        every = float(np.einsum("ij,ij", modal, modal)) / len(modal)
         modal, torque = _below(modal[:, frequency < nyquist], stride), _below(torque, stride)
         error = None if error is None else _below(error, stride)
         shown = float(np.sum(modal**2)) / len(modal)

@@ -123,6 +123,7 @@ def _by_priority(derived: list[DerivedHistory], signals: Signals) -> tuple[list[
     rest: list[History] = []
     for one in derived:
         columns = np.atleast_2d(one.values.T)
+        logarithmic = _spans_decades(one.values)
         for element, values in zip(one.elements or ("",), columns, strict=True):
             history = History(
                 name=f"{one.name} {element}".strip(),
@@ -131,7 +132,7 @@ def _by_priority(derived: list[DerivedHistory], signals: Signals) -> tuple[list[
                 unit=one.unit,
                 description=one.description,
                 values=values,
-                logarithmic=_spans_decades(one.values),
+                logarithmic=logarithmic,
             )
             (first if len(one.elements) <= 3 else rest).append(history)
     for group, elements in by_array(signals.columns).items():
@@ -162,8 +163,10 @@ def _shortest_first(histories: list[History]) -> list[History]:
 
 def _spans_decades(values: Array) -> bool:
     """Return whether a norm has peaks so far above its median that a linear axis would hide the rest."""
+    if not values.min() >= 0.0:  # no norm: its median, the dear part, is not needed
+        return False
     usual = float(np.median(values))
-    return bool(values.min() >= 0.0 < usual and values.max() > PEAKED * usual)
+    return bool(usual > 0.0 and values.max() > PEAKED * usual)
 
 
 def _statistics(one: DerivedHistory, signals: Signals) -> HistoryStatistics:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from flexbench.html.document import Block, Heading, Listing, Paragraph, Picture, Table
+from flexbench.runs.loop_numbers import LoopNumbers
 from flexbench.studies.paper.published import ROWS, PaperRow
 from flexbench.studies.paper.table import number
 from lockstep import InputError, System, load_system
@@ -17,7 +18,6 @@ from lockstep.ssp.native_fmu import shown_file
 from lockstep.ssp.step_times import timing_of_run
 from lockstep.system.clock import nanoseconds
 
-from .loop_blocks import loop_numbers_of
 from .results import Result
 from .run_data import RunData, is_fault
 
@@ -89,10 +89,12 @@ def run_description(run: RunData) -> str:
     return ", ".join([*words, f"{_simulated(run):g} s simulated"])
 
 
-def number_blocks(runs: Sequence[RunData], with_metrics: bool = True) -> list[Block]:
+def number_blocks(
+    runs: Sequence[RunData], loops: Sequence[LoopNumbers | None], with_metrics: bool = True
+) -> list[Block]:
     """Return the paper's metrics next to the published values, if wanted.
 
-    Runs without numbers of a loop get statistics of their histories instead.
+    Runs without numbers of a loop, None in `loops`, get statistics of their histories instead.
     """
     blocks: list[Block] = []
     names = [run.result.name for run in runs]
@@ -113,7 +115,7 @@ def number_blocks(runs: Sequence[RunData], with_metrics: bool = True) -> list[Bl
             else:
                 text = "; ".join(f"{row[0]}: {what}" for row, what in zip(rows, _definitions(rows), strict=True))
                 blocks += [_narrow(header, rows, len(runs)), Paragraph(f"Definitions: {text}.")]
-    runs = [run for run in runs if loop_numbers_of(run.result) is None]
+    runs = [run for run, loop in zip(runs, loops, strict=True) if loop is None]
     names = [run.result.name for run in runs]
     rows = []
     for name, unit in dict.fromkeys((one.name, one.unit) for run in runs for one in run.statistics):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexsat.arrays import Array
-from flexsat.runtime.rotations import error_angle, error_rotation, quaternion_from_mrp
+from flexsat.runtime.rotations import error_angle, error_rotation
 from lockstep import Signals
 from lockstep.errors import InputError
 
@@ -50,8 +50,9 @@ def rotation_about_x(signals: Signals, attitude: str = ATTITUDE) -> Array:
 
     The twist of the rotation about x: for a turn about x alone, its angle.
     """
-    quaternion = np.array([quaternion_from_mrp(row) for row in signals[attitude].tolist()]).reshape(-1, 4)
-    return np.asarray(2.0 * np.arctan2(quaternion[:, 0], quaternion[:, 3]))
+    mrp = signals[attitude]
+    # half of it has 2 x as its sine and 1 - |mrp|^2 as its cosine, both over 1 + |mrp|^2, as the quaternion has
+    return np.asarray(2.0 * np.arctan2(2.0 * mrp[:, 0], 1.0 - np.sum(mrp**2, axis=1)))
 
 
 def torque_norm(signals: Signals, torque: str = TORQUE) -> Array:

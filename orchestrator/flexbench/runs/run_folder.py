@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from flexsat.description.built_in import CONFIGURATIONS, built_in
 from flexsat.description.spacecraft_file import SpacecraftFile
 from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import ConfigurationName
 from flexsat.variants import CORRECTED, Variant, chosen_by
-from lockstep import InputError, Signals, read_signals
-from lockstep.results.read import PARQUET
+from lockstep import InputError, Signals
+from lockstep.results.lazy_columns import LazyColumns
+from lockstep.results.read import PARQUET, open_signals
 from lockstep.results.read_run_record import read_run_record
 from lockstep.results.run_record import EVENTS, RUN
 from lockstep.results.stream import STREAM
@@ -79,8 +84,8 @@ class Run:
         return Path(next(one["source"] for one in record["component"] if one["name"] == "plant"))
 
     def signals(self) -> Signals:
-        """Return the recorded signals."""
-        return read_signals(self.folder)
+        """Return the recorded signals, each read when it is used first."""
+        return open_signals(self.folder)
 
     def samples(self) -> Signals:
         """Return the recorded signals without the row at the stop time, where no interval begins: for sums and means.
@@ -92,7 +97,7 @@ class Run:
         end = float(record.get("simulated_time", 0.0))
         if len(signals.time) < 2 or not signals.time[-1] >= end > 0.0:
             return signals
-        columns = {name: values[:-1] for name, values in signals.columns.items()}
+        columns = LazyColumns(list(signals), partial(_without_last_row, signals))
         return replace(signals, time=signals.time[:-1], columns=columns)
 
     def loop(self) -> Signals:
@@ -125,6 +130,13 @@ class Run:
             raise InputError(f"metrics of the paper: refer to t > {SETTLED_FROM:g} s, and a slew ends later")
         end = None if command is None else planned_slew(design, command).end
         return compute_metrics(signals, design, Windows(slew_end=end, variant=self.variant))
+
+
+def _without_last_row(signals: Signals, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
+    """Return columns of signals without their last row."""
+    if isinstance(signals.columns, LazyColumns):
+        signals.columns.load(names)
+    return {name: signals.columns[name][:-1] for name in names}
 
 
 def read_run(folder: Path) -> Run:

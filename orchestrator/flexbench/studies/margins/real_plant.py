@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve
 
 from flexsat.arrays import Array, Complex
 from flexsat.design.chain import Design
@@ -134,10 +135,10 @@ def growth_of_loop(opened: PeriodicLoop, factor: complex = 1.0) -> tuple[float, 
 
 def _eigenvector(matrix: Array | Complex, value: complex) -> Complex:
     """Return the eigenvector of a known eigenvalue, by inverse iteration."""
-    shifted = matrix - value * (1.0 + NEAR) * np.eye(len(matrix))
+    factors = lu_factor(matrix - value * (1.0 + NEAR) * np.eye(len(matrix)), overwrite_a=True, check_finite=False)
     vector = np.ones(len(matrix), dtype=complex)
     for _ in range(ITERATIONS):
-        vector = np.linalg.solve(shifted, vector)
+        vector = lu_solve(factors, vector, check_finite=False)
         vector /= np.linalg.norm(vector)
     return np.asarray(vector)
 

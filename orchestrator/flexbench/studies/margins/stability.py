@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import brentq
 
 from lockstep.errors import InputError
 
@@ -78,7 +81,7 @@ def delay_margin(
 ) -> float:
     """Return the shortest further delay at the plant input that makes the loop unstable [s]; infinite up to `longest`.
 
-    Found by stepping through the delays and bisecting the first step that ends unstable; `scout_at` as in
+    Found by stepping through the delays, and Brent's method within the first step that ends unstable; `scout_at` as in
     `stability_margins`.
     """
     scout = None if scout_at is None else (lambda delay: scout_at(delay).radius())
@@ -100,28 +103,27 @@ def _factors(step: float, last: float) -> list[float]:
 def _first(
     radius: Callable[[float], float], points: list[float], scout: Callable[[float], float] | None = None
 ) -> float | None:
-    """Return where the radius first reaches one: between two points, by bisection; None if it does not."""
+    """Return where the radius first reaches one: between two points, by Brent's method; None if it does not."""
     if scout is None:
-        return _bisected(radius, points, CLOSENESS)
-    guess = _bisected(scout, points, CLOSENESS)
+        return _crossing(radius, points, CLOSENESS)
+    guess = _crossing(scout, points, CLOSENESS)
     sparse = points[::SPARSE]
     if guess is not None:
         apart = 0.5 * LIKENESS * guess
         sparse = sorted([*sparse, guess - apart, guess + apart], reverse=points[-1] < points[0])
-    return _bisected(radius, sparse, LIKENESS)
+    return _crossing(radius, sparse, LIKENESS)
 
 
-def _bisected(radius: Callable[[float], float], points: list[float], closeness: float) -> float | None:
-    stable = points[0]
-    for point in points[1:]:
-        if radius(point) < 1.0:
-            stable = point
+def _crossing(radius: Callable[[float], float], points: list[float], closeness: float) -> float | None:
+    """Return the first crossing, to `closeness`. The radius is smooth there: 5 points find it, bisection takes 15."""
+    excess = lru_cache(maxsize=None)(lambda point: radius(point) - 1.0)
+    for stable, point in pairwise(points):
+        if excess(point) < 0.0:
             continue
-        while abs(point - stable) > closeness * max(abs(point), abs(stable)):
-            middle = 0.5 * (stable + point)
-            if radius(middle) < 1.0:
-                stable = middle
-            else:
-                point = middle
-        return 0.5 * (stable + point)
+        allowed = closeness * max(abs(point), abs(stable))
+        if excess(stable) >= 0.0:  # of the first point alone: unstable as it is
+            return stable
+        if abs(point - stable) <= allowed:
+            return 0.5 * (stable + point)
+        return float(brentq(excess, stable, point, xtol=0.5 * allowed, rtol=4.0 * np.finfo(float).eps))
     return None
