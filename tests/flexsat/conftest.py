@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from flexsat.description.built_in import CONFIGURATIONS, configuration
+from flexsat.description.spacecraft_file import SpacecraftFile, parse_spacecraft
 from flexsat.design.chain import Design, build_design
 from flexsat.parameters import PUBLISHED_MODES
 from flexsat.runtime.controller_parameters import ControllerParameters
 from flexsat.runtime.plant_parameters import PlantMatrices, PlantParameters
 from flexsat.spacecraft.variation import with_modes
+from flexsat.structure.modal_data import ModalData
+from flexsat.structure.modal_file import write_modal
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "cachim_antenna_fem.npz"
 
@@ -33,6 +36,58 @@ def distributed() -> Design:
 def design(request: pytest.FixtureRequest) -> Design:
     """Return each configuration's design in turn."""
     return request.getfixturevalue(request.param)
+
+
+PYRAMID = """\
+name = "pyramid"
+wheels = [
+  {{ at = "bus", axes = [[1, 0, 1], [0, -1, -1], [-1, 0, 1], [0, 1, -1]] }},
+  {{ at = "bus", axes = ["+x"], kind = "small" }},
+]
+gyros = [{{ at = "bus", axes = ["+x", "+y", "+z"] }}]
+accelerometers = [{{ at = "bus", axes = ["+x"] }}]
+[bus]
+mass = 500
+inertia = [200, 180, 220]
+[wheel]
+inertia = 0.2
+torque_limit = 0.2
+{wheel}
+[wheel_kinds.small]
+inertia = 0.1
+torque_limit = 0.05
+{small}
+[[appendages]]
+name = "array"
+file = "array.npz"
+at = [0, 1, 0]
+orientation = [0, 0, "90 deg"]
+[modes]
+design = 2
+{more}
+"""
+
+
+@pytest.fixture(scope="session")
+def pyramid(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., SpacecraftFile]:
+    """Return what makes a rigid bus with five wheels and an array of two clamped modes [Hz]; keys of tables as TOML."""
+
+    def make(frequency: tuple[float, float], wheel: str, small: str, more: str = "") -> SpacecraftFile:
+        folder = tmp_path_factory.mktemp("pyramid")
+        mass, shape = np.array([4.0]), np.zeros((1, 3, 2))
+        shape[0, 2, 0] = shape[0, 1, 1] = 1.0 / np.sqrt(mass[0])
+        array = ModalData(
+            kind="clamped",
+            frequency=np.array(frequency),
+            damping_ratio=np.full(2, 0.005),
+            node_position=np.array([[2.0, 0.0, 0.0]]),
+            node_translation=shape,
+            node_mass=mass,
+        )
+        write_modal(folder / "array.npz", array)
+        return parse_spacecraft(PYRAMID.format(wheel=wheel, small=small, more=more), "pyramid.toml", folder)
+
+    return make
 
 
 @pytest.fixture(scope="session")

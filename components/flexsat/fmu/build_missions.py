@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib.metadata
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +13,7 @@ from ..design.chain import Design, Designs
 from ..ports.table import FmiVersion, PortTable
 from ..runtime.missions.mission_data import MissionData
 from ..structure.mesh import tile_centres
+from .build_native import described_by, write_native_fmu
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.device_rows import device_rows
 from .documentation.mission_experiments import MISSION_EXPERIMENTS
@@ -22,14 +21,13 @@ from .documentation.native_notes import NativeNotes
 from .documentation.reference_results import Run, run_experiments
 from .export import BuiltFmu, build_fmu
 from .native.compile import native_notes
-from .native.export import NativeComponent, native_content
-from .native.sources import IN_C, c_files, native_folder
+from .native.export import NativeComponent
+from .native.sources import IN_C, native_folder
 from .python.environment import Environment
 from .python.load_matrices import MODEL_FILE
 from .python.mission import Mission
-from .python.model_description import about_component
 from .python.thrusters import Thrusters
-from .reproducible_zip import npz_bytes, write_atomically, zip_bytes
+from .reproducible_zip import npz_bytes
 
 HEXAGON = 1.5 * 3.0**0.5  # area over side squared
 FOLDER = "missions"  # of the FMUs, in that of a layout
@@ -153,29 +151,12 @@ def build_missions(
 
 
 def _build_native(part: MissionParts, path: Path, fmi: FmiVersion, platforms: Sequence[str]) -> BuiltFmu:
-    made = native_content(native_mission_component(part), fmi, platforms)
     files = part.accompanying_files(native_notes(part.model_name, platforms, fmi), fmi)
-    documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
-    archive = zip_bytes({**files.extra, **documentation, **made.entries})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, archive)
-    return BuiltFmu(path=path, guid=made.guid, sha256=hashlib.sha256(archive).hexdigest())
+    return write_native_fmu(native_mission_component(part), files, path, fmi, platforms)
 
 
 def native_mission_component(part: MissionParts) -> NativeComponent:
     """Return what the native FMU of a component of missions is made from."""
-    with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
-        for file, content in part.resources.items():
-            Path(folder, file).write_bytes(content)
-        shell = MISSION_SHELLS[part.component](instance_name=part.component, resources=folder)
-    version = importlib.metadata.version("flexsat")
-    about = about_component(shell, {"version": version}, f"flexsat {version}")
-    return NativeComponent(
-        main=c_files()[f"{part.component}.c"],
-        table=part.table,
-        variants={},
-        about=replace(about, model_name=part.model_name),
-        equal_steps=shell.equal_steps,
-        step_parameter=shell.step_parameter,
-        resources=part.resources,
+    return described_by(
+        MISSION_SHELLS[part.component], part.component, part.model_name, part.table, part.resources, variants={}
     )

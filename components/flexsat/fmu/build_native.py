@@ -9,15 +9,18 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..design.chain import Designs
-from ..ports.table import FmiVersion, Naming
+from ..ports.table import FmiVersion, Naming, PortTable
 from .build import SHELLS, Parts, variants_of
+from .documentation.content import AccompanyingFiles
 from .export import BuiltFmu
 from .native.compile import native_notes
 from .native.export import NativeComponent, native_content
 from .native.platforms import folders
 from .native.sources import c_files, native_folder
+from .python.life_cycle import ComponentSlave
 from .python.model_description import about_component
 from .reproducible_zip import write_atomically, zip_bytes
 
@@ -69,31 +72,72 @@ def _build(
     component = native_component(designs, parts, naming)
     name = component.about.model_name
     files = parts.accompanying_files(name, naming, native=native_notes(name, platforms, fmi), fmi=fmi)
+    return write_native_fmu(component, files, path, fmi, platforms)
+
+
+def write_native_fmu(
+    component: NativeComponent, files: AccompanyingFiles, path: Path, fmi: FmiVersion, platforms: Sequence[str]
+) -> BuiltFmu:
+    """Compile an FMU in C and write it with its documentation; replaced in one piece.
+
+    Raises
+    ------
+    BuildError
+        If there is no C compiler here, or no Zig for platforms.
+    """
     made = native_content(component, fmi, platforms)
     documentation = {f"documentation/{file}": content for file, content in files.documentation.items()}
     archive = zip_bytes({**files.extra, **documentation, **made.entries})
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, archive)
     return BuiltFmu(path=path, guid=made.guid, sha256=hashlib.sha256(archive).hexdigest())
 
 
 def native_component(designs: Designs, parts: Parts, naming: Naming = "structured") -> NativeComponent:
     """Return what the native FMU of a component is made from."""
-    with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
-        for file, content in parts.resources.items():
-            Path(folder, file).write_bytes(content)
-        shell = SHELLS[parts.component](instance_name=parts.component, resources=folder)
-    version = importlib.metadata.version("flexsat")
     flat = "_flat" if naming == "flat" else ""
-    about = about_component(shell, {"version": version}, f"flexsat {version}")
-    return NativeComponent(
-        main=c_files()[f"{parts.component}.c"],
-        table=parts.table.renamed(naming),
-        variants={
+    return described_by(
+        SHELLS[parts.component],
+        parts.component,
+        f"{parts.component}_{parts.config.name}{flat}",
+        parts.table.renamed(naming),
+        parts.resources,
+        {
             variant.name: getattr(designs.variant(variant), parts.component)
             for variant in variants_of(designs, parts.component)
         },
-        about=replace(about, model_name=f"{parts.component}_{parts.config.name}{flat}"),
-        equal_steps=shell.equal_steps,
-        step_parameter=shell.step_parameter,
-        resources=parts.resources,
+    )
+
+
+def described_by(
+    shell: type[ComponentSlave],
+    component: str,
+    model_name: str,
+    table: PortTable,
+    resources: Mapping[str, bytes],
+    variants: Mapping[str, Any],
+) -> NativeComponent:
+    """Return a component in C that is described as its shell in Python is.
+
+    Parameters
+    ----------
+    shell : that reads the resources
+    component : name; its main C file has it too
+    table : ports
+    variants : matrices by the name of the variant
+    """
+    with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
+        for file, content in resources.items():
+            Path(folder, file).write_bytes(content)
+        started = shell(instance_name=component, resources=folder)
+    version = importlib.metadata.version("flexsat")
+    about = about_component(started, {"version": version}, f"flexsat {version}")
+    return NativeComponent(
+        main=c_files()[f"{component}.c"],
+        table=table,
+        variants=variants,
+        about=replace(about, model_name=model_name),
+        equal_steps=started.equal_steps,
+        step_parameter=started.step_parameter,
+        resources=resources,
     )

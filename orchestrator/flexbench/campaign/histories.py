@@ -15,7 +15,8 @@ from lockstep.errors import InputError
 from lockstep.system.unit_table import UNITS
 from lockstep.system.units import conversion
 
-from .metrics import LOOP, LOOP_RECORD
+from ..runs.loop_monitor import NEEDED
+from .metrics import LOOP
 from .toml_values import number_of, one_of, refuse_unknown, text_of, whole_of
 
 Kept = Literal["none", "all", "worst", "bands"]
@@ -35,7 +36,7 @@ class Band:
     @property
     def record(self) -> tuple[str, ...]:
         """Patterns of the signals that it needs."""
-        return LOOP_RECORD if self.signal in LOOP else (self.signal,)
+        return NEEDED if self.signal in LOOP else (self.signal,)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ from lockstep import InputError, Signals, read_signals
 from lockstep.faults.windows import fault_windows
 from lockstep.results.read_run_record import read_run_record
 
+from ..runs.loop_monitor import means_lost
 from ..runs.loop_numbers import QUANTITIES, LoopNumbers, numbers_of, settling_band
 from ..runs.loop_signals import LoopSignals, read_loop
 from ..runs.run_folder import read_run
@@ -27,7 +28,6 @@ from ..studies.budget.indices import at_level
 from .histories import Band, packed, sampled
 from .metrics import LOOP, MetricSource, share_of
 
-_LOST_BY = ("limit-cycle", "divergence")  # events; torque saturation too if it lasts to the end
 _LOOP = {one.key: one.of for one in QUANTITIES}
 
 
@@ -99,17 +99,12 @@ def metric(run: Measured, source: MetricSource) -> float | None:
             events = [one for one in run.found if one["event"] == source.event]
             return float(sum(one[source.take] for one in events))
         case "lost":
-            return float(any(_fatal(one) for one in run.found))
+            return float(any(map(means_lost, run.found)))
         case "paper":
             return read_run(run.folder).metrics().get(source.take)
     time, values = run.history(source.of)
     rows = _rows(run, time, source.window)
     return _taken(values[rows], source.take) if np.any(rows) else None
-
-
-def _fatal(found: Mapping[str, Any]) -> bool:
-    lasts = found["event"] == "torque-saturation" and bool(found.get("until_the_end"))
-    return found["event"] in _LOST_BY or lasts
 
 
 def _rows(run: Measured, time: Array, window: str | tuple[float, float]) -> NDArray[np.bool_]:

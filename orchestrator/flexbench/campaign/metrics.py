@@ -10,7 +10,7 @@ from lockstep.errors import InputError
 from lockstep.system.unit_table import UNITS
 from lockstep.system.units import conversion
 
-from ..runs.loop_monitor import KINDS
+from ..runs.loop_monitor import KINDS, NEEDED
 from ..studies.budget.evaluate import AXES, INDICES, Windows
 from ..studies.budget.requirements import LEVEL, TIMES, Time
 from .toml_values import number_of, one_of, refuse_unknown, text_of
@@ -33,11 +33,6 @@ _KEYS = {
 }
 _HISTORY = ("take", "window")
 METRIC_KEYS = {"a signal": _HISTORY, **_KEYS}  # beside `of` and `unit`
-# what the numbers of a loop and its monitor need
-LOOP_RECORD = (
-    "plant.attitude.mrp", "plant.rate", "plant.rms_deformation", "controller.wheel.torque", "controller.reference.mrp",
-    "controller.reference.rate", "controller.reference.torque",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +56,7 @@ class MetricSource:
     @property
     def record(self) -> tuple[str, ...]:
         """Patterns of the signals that it needs; of the paper's costs those of the system file."""
-        return (self.of,) if self.of_signal else LOOP_RECORD
+        return (self.of,) if self.of_signal else NEEDED
 
     @property
     def text(self) -> str:

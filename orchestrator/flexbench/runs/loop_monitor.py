@@ -38,7 +38,23 @@ KINDS = {
     "divergence": "divergence",
 }
 
+NEEDED = (
+    "plant.attitude.mrp",
+    "plant.rate",
+    "plant.rms_deformation",
+    "controller.wheel.torque",
+    "controller.reference.mrp",
+    "controller.reference.rate",
+    "controller.reference.torque",
+)  # recorded signals, for the numbers of a loop and its monitor
+_LOST_BY = ("limit-cycle", "divergence")
 NO_LIMIT = 1e6  # N.m or rad/s: none that a wheel reaches
+
+
+def means_lost(found: Mapping[str, Any]) -> bool:
+    """Return whether something that was found makes a run a lost one; a saturated torque if it lasts to the end."""
+    lasts = found["event"] == "torque-saturation" and bool(found.get("until_the_end"))
+    return found["event"] in _LOST_BY or lasts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,57 +6,15 @@ from numpy.testing import assert_allclose
 
 from flexsat.allocation import least_peak, null_motion, null_part, null_torque
 from flexsat.closed_loop import ClosedLoop
-from flexsat.description.spacecraft_file import parse_spacecraft
 from flexsat.design.chain import Designs, designs_of
-from flexsat.structure.modal_data import ModalData
-from flexsat.structure.modal_file import write_modal
 
 ARCSECOND = np.pi / 648000.0
 BAND = 0.5  # rad/s, of the wheels of the pyramid
-TEXT = """\
-name = "pyramid"
-wheels = [
-  { at = "bus", axes = [[1, 0, 1], [0, -1, -1], [-1, 0, 1], [0, 1, -1]] },
-  { at = "bus", axes = ["+x"], kind = "small" },
-]
-gyros = [{ at = "bus", axes = ["+x", "+y", "+z"] }]
-accelerometers = [{ at = "bus", axes = ["+x"] }]
-[bus]
-mass = 500
-inertia = [200, 180, 220]
-[wheel]
-inertia = 0.2
-torque_limit = 0.2
-speed_band = 0.5
-[wheel_kinds.small]
-inertia = 0.1
-torque_limit = 0.05
-speed_band = 0.25
-[[appendages]]
-name = "array"
-file = "array.npz"
-at = [0, 1, 0]
-orientation = [0, 0, "90 deg"]
-[modes]
-design = 2
-"""
 
 
 @pytest.fixture(scope="module")
-def designs(tmp_path_factory) -> Designs:
-    folder = tmp_path_factory.mktemp("pyramid")
-    mass, shape = np.array([4.0]), np.zeros((1, 3, 2))
-    shape[0, 2, 0] = shape[0, 1, 1] = 1.0 / np.sqrt(mass[0])
-    array = ModalData(
-        kind="clamped",
-        frequency=np.array([1.5, 2.0]),
-        damping_ratio=np.full(2, 0.005),
-        node_position=np.array([[2.0, 0.0, 0.0]]),
-        node_translation=shape,
-        node_mass=mass,
-    )
-    write_modal(folder / "array.npz", array)
-    configurations = parse_spacecraft(TEXT, "pyramid.toml", folder).configurations
+def designs(pyramid) -> Designs:
+    configurations = pyramid((1.5, 2.0), f"speed_band = {BAND}", f"speed_band = {0.5 * BAND}").configurations
     return designs_of(configurations["robust"], configurations["published"])
 
 

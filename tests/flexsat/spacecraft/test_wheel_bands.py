@@ -8,40 +8,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from flexbench.loop.properties import properties_of, property_lines
 from flexsat.closed_loop import ClosedLoop
-from flexsat.description.spacecraft_file import SpacecraftFile, parse_spacecraft
+from flexsat.description.spacecraft_file import SpacecraftFile
 from flexsat.design.chain import designs_of
 from flexsat.parameters import RPM, SpeedSelection
 from flexsat.spacecraft.assembly import build_spacecraft
 from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from flexsat.spacecraft.wheel_bands import choose_bands
-from flexsat.structure.modal_data import ModalData
-from flexsat.structure.modal_file import write_modal
 
-TEXT = """\
-name = "banded"
-wheels = [
-  { at = "bus", axes = [[1, 0, 1], [0, -1, -1], [-1, 0, 1], [0, 1, -1]] },
-  { at = "bus", axes = ["+x"], kind = "small" },
-]
-gyros = [{ at = "bus", axes = ["+x", "+y", "+z"] }]
-accelerometers = [{ at = "bus", axes = ["+x"] }]
-[bus]
-mass = 500
-inertia = [200, 180, 220]
-[wheel]
-inertia = 0.2
-torque_limit = 0.2
-[wheel_kinds.small]
-inertia = 0.1
-torque_limit = 0.05
-harmonics = [{ order = 2.0, force = "2e-8 N/rpm2" }]
-[[appendages]]
-name = "array"
-file = "array.npz"
-at = [0, 1, 0]
-orientation = [0, 0, "90 deg"]
-[modes]
-design = 2
+SPEEDS = """\
 [speeds]
 lowest = "310 rpm"
 highest = "345 rpm"
@@ -52,21 +26,9 @@ window = "10 rpm"
 
 
 @pytest.fixture(scope="module")
-def banded(tmp_path_factory) -> SpacecraftFile:
+def banded(pyramid) -> SpacecraftFile:
     """Modes of 5.45 and 6.49 Hz, free: at 327 and 390 rpm."""
-    folder = tmp_path_factory.mktemp("banded")
-    mass, shape = np.array([4.0]), np.zeros((1, 3, 2))
-    shape[0, 2, 0] = shape[0, 1, 1] = 1.0 / np.sqrt(mass[0])
-    array = ModalData(
-        kind="clamped",
-        frequency=np.array([5.0, 6.0]),
-        damping_ratio=np.full(2, 0.005),
-        node_position=np.array([[2.0, 0.0, 0.0]]),
-        node_translation=shape,
-        node_mass=mass,
-    )
-    write_modal(folder / "array.npz", array)
-    return parse_spacecraft(TEXT, "banded.toml", folder)
+    return pyramid((5.0, 6.0), "", 'harmonics = [{ order = 2.0, force = "2e-8 N/rpm2" }]', SPEEDS)
 
 
 def chosen(banded, **speeds):

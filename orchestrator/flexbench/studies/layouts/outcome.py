@@ -13,24 +13,13 @@ from lockstep.results.read_run_record import read_run_record
 from ...engine.jobs import Finished
 from ...loop.scenarios import ScenarioName
 from ...runs import histories
-from ...runs.loop_monitor import found_lines
+from ...runs.loop_monitor import found_lines, means_lost
 from ...runs.loop_numbers import QUANTITIES as LOOP_QUANTITIES
 from ...runs.loop_numbers import LoopNumbers, numbers_of, settling_band
 from ...runs.loop_signals import read_loop
 from ...runs.metrics import root_mean_square
 from ...runs.windows import Window, end_of
 from ..robustness.model_errors import GROWTH
-
-RECORD = (
-    "plant.attitude.mrp",
-    "plant.rate",
-    "plant.rms_deformation",
-    "controller.wheel.torque",
-    "controller.reference.mrp",
-    "controller.reference.rate",
-    "controller.reference.torque",
-)  # what the numbers of a loop and its monitor need
-LOST_BY = ("limit-cycle", "divergence")  # events; torque saturation too if it lasts to the end
 
 Compared = Literal["ratio", "difference"]
 
@@ -137,11 +126,7 @@ def window_of(numbers: LoopNumbers, last: float, scenario: ScenarioName) -> Wind
 
 def lost_by(found: Sequence[Mapping[str, Any]]) -> str:
     """Return what the monitor found that makes a run a lost one, in words; empty for none."""
-    fatal = [
-        one
-        for one in found
-        if one["event"] in LOST_BY or (one["event"] == "torque-saturation" and one.get("until_the_end"))
-    ]
+    fatal = [one for one in found if means_lost(one)]
     return "; ".join(found_lines(fatal)[: len(fatal)])
 
 

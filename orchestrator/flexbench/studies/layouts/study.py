@@ -15,7 +15,8 @@ from ...engine.jobs import Job, run_jobs
 from ...loop.feasibility import needs_of
 from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
-from .outcome import RECORD, measure
+from ...runs.loop_monitor import NEEDED
+from .outcome import measure
 from .plan import Comparison, Plan
 from .result_file import write_result
 from .wheels import wheels_of
@@ -44,7 +45,7 @@ def plan_jobs(
                     folder=run_folder(folder, name, scenario, seed),
                     overrides={**scalar_overrides(parameters), **plan.overrides},
                     stop_time=duration,
-                    record=RECORD,
+                    record=NEEDED,
                     metrics=False,
                     native=native,
                 )
