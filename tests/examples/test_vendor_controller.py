@@ -87,7 +87,7 @@ def test_a_measurement_fed_as_a_constant_and_a_mode_that_is_off_are_named(drafte
 
     assert code == 1
     assert "constant, though its name is that of a measurement: q_s, q_x, q_y, q_z; give it an [[input]] entry" in text
-    assert "wrong: no wheel answers to anything" in text
+    assert "wrong: no wheel responds to any error" in text
     assert "flexsat probe-latency" in text
 
 

@@ -26,7 +26,7 @@ class Judgement:
     problems: tuple[str, ...]
     attitude: Array  # (3, 3), 1 on the diagonal is the reference
     rate: Array
-    silent: bool  # no wheel answers to anything: no change of a convention mends that
+    silent: bool  # no wheel responds to any error: no change of a convention mends that
     bandwidth: float  # over the reference's; nan without a response
     damping: float  # ratio, over the reference's
     measured: tuple[bool, ...] = (True, True, True)  # the gyros measure the rate about x, y, z; others are not judged
@@ -50,8 +50,8 @@ def judge(response: Response, excitation: Excitation) -> Judgement:
     due = excitation.angle * float(np.max(np.abs(excitation.stiffness)))
     if np.max(np.abs([attitude, rate])) <= _SILENT < response.wheels / due:
         problems = [
-            f"the wheels answer, by up to {response.wheels:.3g} N.m, but their torques cancel on the body: each wheel "
-            "counts about its own axis, and some axes point the other way"
+            f"the wheels respond with up to {response.wheels:.3g} N.m, but their torques cancel on the body: a torque "
+            "counts about the axis of its wheel, and some axes point the other way"
         ]
     bandwidth = damping = float("nan")
     stiffer = float(np.median(np.linalg.norm(attitude, axis=0)))

@@ -57,12 +57,14 @@ def describe_findings(verdict: Verdict, fmu: Path) -> list[str]:
         errors = ", and ".join(f"{change.error}: write {change.remedy}" for change in changes)
         lines.append(f"{'or' if number else 'wrong'}: {errors}")
     if len(verdict.cures) > 1:
-        lines.append("each of these is right, the likeliest first; the FMU's documentation has to decide between them")
+        lines.append(
+            "each of these corrections is right, the likeliest first; the FMU's documentation decides between them"
+        )
     elif verdict.cures and [change.key for change in verdict.cures[0]] == ["sign"]:
         lines.append("a wrong sign of the torque has the same effect as wrong signs of both attitude and rate")
     elif judgement.silent:
-        lines.append("wrong: no wheel answers to anything; a parameter or constant may be missing, such as a mode or a "
-                     f"flag: flexsat probe-latency {fmu} shows which")  # fmt: skip
+        lines.append("wrong: no wheel responds to any error; a parameter or constant may be missing, such as a mode or "
+                     f"a flag: flexsat probe-latency {fmu} shows which")  # fmt: skip
     elif not (verdict.cures or verdict.axes):
         lines.append("wrong: no change of one convention, or of two, is right; it may be no attitude controller, or "
                      "a parameter or constant may be missing")  # fmt: skip

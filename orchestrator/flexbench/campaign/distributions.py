@@ -65,7 +65,7 @@ class Drawn:
         """Raise InputError if a sampling needs something else."""
         if sampling == "table":
             if self.distribution or self.values:
-                raise InputError(f"{where}: its values stand in the table; leave the distribution out")
+                raise InputError(f"{where}: its values are in the table; leave the distribution out")
         elif sampling in ("grid", "one-at-a-time"):
             if not self.values:
                 raise InputError(f"{where}: values: missing; {sampling} needs a list")
@@ -96,7 +96,7 @@ def read_drawn(entry: Mapping[str, Any], where: str) -> Drawn:
     if "round" in entry and (not name or name == CASE):
         raise InputError(f"{where}: round: has an effect with a distribution of scipy.stats only; leave it out")
     if name and values:
-        raise InputError(f"{where}: values: stand beside a distribution; give one of both")
+        raise InputError(f"{where}: values: has a distribution as well; give one of both")
     if not isinstance(values, list) or not all(isinstance(one, bool | int | float | str) for one in values):
         raise InputError(f"{where}: values = {values!r}: must be a list of numbers or texts")
     if not isinstance(name, str):

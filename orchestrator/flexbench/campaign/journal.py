@@ -42,7 +42,7 @@ class Journals:
             self._cut(worker, end)
             reason = os.strerror(error.errno) if error.errno else str(error)
             raise RunError(
-                f"{self._folder}: cannot be written ({reason}); free space there and give the same command again"
+                f"{self._folder}: cannot be written ({reason}); free space there and repeat the command"
             ) from None
 
     def close(self) -> None:

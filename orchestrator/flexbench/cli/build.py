@@ -77,9 +77,9 @@ def build(
     from ..studies.margins.design_notes import design_notes
 
     if platforms and no_native and not fmi3:
-        raise InputError("--platforms is of the FMUs in C, which --no-native leaves out; drop one of the two")
+        raise InputError("--platforms concerns the FMUs in C, which --no-native omits; leave out one of the two")
     if files and configuration:
-        raise InputError("--configuration chooses among the built-in spacecraft; drop it, or the files")
+        raise InputError("--configuration chooses among the built-in spacecraft; leave out it or the files")
     started = perf_counter()
     options = BuildOptions(
         in_c=(*(() if no_native else ("2.0",)), *(("3.0",) if fmi3 else ())),
@@ -96,7 +96,7 @@ def build(
 
         write_all_missions(configurations(configuration), files, out, options=options)
     for left in earlier_folders(out):
-        remark(f"{left}: FMUs of an earlier build, as they were; the options that made them make them anew")
+        remark(f"{left}: FMUs of an earlier build, unchanged; build with the same options to renew them")
     print(f"built in {perf_counter() - started:.1f} s")
     first = files[0].stem if files else configurations(configuration)[-1]
     native_run = "" if no_native else " --native"

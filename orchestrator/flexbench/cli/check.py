@@ -39,10 +39,10 @@ example:
               help="compare its ports with controller, plant or sensors, or with controller:distributed, "
                    "controller:fmus/my and so on (default: with the one it resembles)")  # fmt: skip
 @click.option("--adapter", type=PATH, metavar="FILE",
-              help="check the FMU with this adapter: the ports that both provide together, and a controller's "
+              help="check the FMU with this adapter: the ports that both serve together, and a controller's "
                    "conventions, as check-adapter does")  # fmt: skip
 def check(options: CheckOptions, like: str | None, adapter: Path | None) -> int:
-    """Check FMUs from any tool: the file, how it runs, and which interface ports it can provide."""
+    """Check FMUs from any tool: the file, how it runs, and which interface ports it can serve."""
     from ..adapt.contracts import contracts
 
     behind = None if adapter is None else _behind(adapter, options.fmus)

@@ -59,9 +59,11 @@ def figures(
 
     for option, given in (("--as-published", variant.of_release), ("--robust-design", robust_design)):
         if results and given:
-            raise InputError(f"{option}: has no effect on results, which know what they flew; leave one of them out")
+            raise InputError(f"{option}: has no effect on results, which hold their own design; leave one of them out")
     if variant.of_release and robust_design:
-        raise InputError("--robust-design: there is none as published; leave one of --as-published and this out")
+        raise InputError(
+            "--robust-design: is not a design as published; leave out one of --as-published and --robust-design"
+        )
     if results:
         drawn = result_figures(runs_of(results, configuration))
     elif robust_design:

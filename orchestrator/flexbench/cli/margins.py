@@ -93,7 +93,7 @@ measurement_options = option_group(
 @command(
     "margins",
     _EXAMPLES,
-    then="{program} robustness --vary frequency damping    # which errors of the structure the loop bears",
+    then="{program} robustness --vary frequency damping    # the errors of the structure that the loop tolerates",
     tables=True,
 )
 @system_argument

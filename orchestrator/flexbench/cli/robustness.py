@@ -41,7 +41,7 @@ example:
 @command(
     "robustness",
     _EXAMPLES,
-    then="{program} margins {fmus}/distributed/fine_pointing.ssd    # how far from instability",
+    then="{program} margins {fmus}/distributed/fine_pointing.ssd    # the margins of the loop",
     tables=True,
 )
 @spacecraft_option

@@ -94,7 +94,7 @@ def _vanished(error: BaseException, task: Task, pool: Pool, times: int) -> Outco
     if not gone:
         raise error
     if isinstance(error, BrokenProcessPool):
-        raise RunError("the executor's processes ended; start it and give the same command again") from None
+        raise RunError("the executor's processes ended; start it and repeat the command") from None
     if times < TRIES:
         return None
     return Outcome(number=task.number, failure="vanished", cause="its worker vanished", attempts=times)

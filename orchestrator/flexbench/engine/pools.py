@@ -30,7 +30,7 @@ from .worker import Silence
 
 Answer = Outcome | Missing
 _CONNECT = 10.0  # s to wait for a scheduler
-GONE = "the scheduler does not answer any more; start it and give the same command again"
+GONE = "the scheduler does not answer any more; start it and repeat the command"
 
 
 class ClusterLost(RunError):

@@ -118,5 +118,5 @@ def _draw_reach(axes: Axes, found: Properties) -> None:
             hertz[drawn], values[drawn], linestyle="none", marker=marker, markersize=4.0, color=colour, label=name
         )
     axes.set(xscale="log", yscale="log", ylim=(1e-5, 2.0), xlabel="frequency of the free spacecraft [Hz]",
-             title="how wheels and gyros reach each mode, over the largest")  # fmt: skip
+             title="coupling of wheels and gyros to each mode, over the largest")  # fmt: skip
     axes.legend(fontsize=7.0, loc="lower left")

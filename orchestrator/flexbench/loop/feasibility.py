@@ -88,7 +88,7 @@ class Needs:
         if self.torque > self.torque_limit * (1.0 + HELD):
             return (
                 f"torque: the slew needs {self.torque:.4g} N.m of a wheel that gives {self.torque_limit:.4g} N.m;"
-                f" set controller.slew.authority lower, or the wheel.torque_limit of controller and plant alike"
+                f" set controller.slew.authority lower, or the same wheel.torque_limit in controller and plant"
             )
         if self.momentum > self.momentum_limit * (1.0 + HELD):
             return (

@@ -73,7 +73,7 @@ def bias_line(craft: Spacecraft, nominal: Array) -> str | None:
         return None
     return (
         f"the wheels have a net momentum of {_vector(net)} N.m.s at their nominal speeds: slews and rates meet its"
-        " gyroscopic torque; turn axes of wheels round so that it cancels, or set [slew] gyroscopic = true"
+        " gyroscopic torque; reverse axes of wheels so that it cancels, or set [slew] gyroscopic = true"
     )
 
 

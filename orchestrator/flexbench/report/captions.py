@@ -12,10 +12,10 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
         "speeds with their bands."
     ),
     r"wheel-responses-(?P<layout>[\w-]+?)(-as-published)?": (
-        "Response of the structure to the imbalance of each wheel over its speed ({layout}); the nominal speed is "
-        "where the largest response nearby is least."
+        "Response of the structure to the imbalance of each wheel over its speed ({layout}); the nominal speed has "
+        "the smallest maximum of the response over its band."
     ),
-    r"software": "The software: packages, what each makes, and what crosses from one to the next.",
+    r"software": "The software: packages, what each makes, and the files that pass between them.",
     r"architecture-(?P<layout>[\w-]+)": "The closed loop ({layout}): components, rates, and what they exchange.",
     r"slew(?P<variant>-as-published)?-seed(?P<seed>\d+)(-\d+)?": (
         "The slew{variant}, seed {seed}: torque of the wheels, cost, wheel speeds with their band, rotation, pointing "
@@ -27,29 +27,29 @@ _CAPTIONS = {  # pattern of a file's name without its ending: caption
     r"bandwidth-(?P<layout>[\w-]+)": (
         "Controller bandwidth over the wheel responses ({layout}): above, the response of the structure to each "
         "wheel's imbalance, coloured by its axis, and the chosen speeds; below, the gain of each body axis' loop. "
-        "Shaded, if a gain is 1 in this range: up to where it last is; above it the chosen speeds keep the structure "
-        "quiet, not the controller."
+        "Shaded, if a gain is 1 in this range: up to the last frequency with a gain of 1. Above it the chosen speeds "
+        "limit the response, not the controller."
     ),
     r"nichols-(?P<layout>[\w-]+)": (
-        "Margins ({layout}): the open loop at the plant's input in a Nichols chart and near the critical point; those "
-        "loci of all wheels that come nearest to it, and each body axis. Dashed: the largest disk that they avoid."
+        "Margins ({layout}): the open loop at the plant's input in a Nichols chart and near the critical point; the "
+        "loci of all wheels nearest to it, and each body axis. Dashed: the largest disk around it that they avoid."
     ),
     r"sensitivity-(?P<layout>[\w-]+)": (
         "Margins ({layout}): largest singular values of sensitivity S and complementary sensitivity T over frequency, "
         "all wheels together; a high peak is a small margin."
     ),
     r"spillover-(?P<layout>[\w-]+)": (
-        "Spillover ({layout}): whether the loop is stable over the number of modes that the plant has and the gain of "
-        "its inputs, for each design; a design spills over where more modes than it knows make it unstable."
+        "Spillover ({layout}): stability of the loop over the number of modes of the plant and the gain of its inputs, "
+        "for each design. A design spills over where modes outside its model make the loop unstable."
     ),
     r"robust-loop-shapes": (
-        "Loop shapes: gain of each body axis' loop over frequency, robust and published design, with the modes that "
-        "the controller does not know (spillover), and Nyquist diagrams near the critical point (margins)."
+        "Loop shapes: gain of each body axis' loop over frequency, robust and published design, with the modes outside "
+        "the controller's model (spillover), and Nyquist diagrams near the critical point (margins)."
     ),
     r"robust-trade-off": (
-        "What the robust design trades: pointing error over the delay that is tolerated, deformation over torque."
+        "Trade-offs of the robust design: pointing error over the tolerated delay, deformation over torque."
     ),
-    r"profile": "Where the wall time of the run went.",
+    r"profile": "Wall time of the run, by component.",
 }
 
 

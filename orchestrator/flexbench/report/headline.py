@@ -112,13 +112,13 @@ def _of_study(folder: Path, results: Sequence[Result]) -> list[Block]:
     if failed := content.get("failed", []):
         shown = {result.folder.name: result.name for result in results}
         names = ", ".join(shown.get(one["run"], one["run"]) for one in failed)
-        sentences.append(f"Failed, and in no number of the paper's table: {names}; the cause is below the table.")
+        sentences.append(f"Failed, and excluded from the paper's table: {names}; the cause is below the table.")
         if any(one["run"] in shown for one in failed):
             sentences.append("What they recorded before they failed is on this page.")
     lost: Mapping[str, Sequence[float | None]] = content.get("published_design_lost_at", {})
     if lost:
         when = "; ".join(f"{name}: {when_lost(list(times))}" for name, times in lost.items())
-        sentences.append(f"On the structure with all its modes the published controller does not hold ({when}).")
+        sentences.append(f"On the structure with all its modes the published controller does not stay stable ({when}).")
     for name in CONFIGURATIONS:
         cells = [_fine(rows, name, quantity) for quantity in _FINE]
         if any(cells):
@@ -131,7 +131,7 @@ def _of_study(folder: Path, results: Sequence[Result]) -> list[Block]:
         close = sum(abs(ratio - 1.0) <= _CLOSE for ratio in ratios)
         sentences.append(
             f"As published, {close} of {len(ratios)} numbers lie within {100 * _CLOSE:.0f} % of the paper's "
-            f"(median ratio {median(ratios):.2f}); the table below has all, and the remarks why others do not."
+            f"(median ratio {median(ratios):.2f}); the table below has all of them, and its remarks explain the others."
         )
     return [Paragraph(" ".join(sentences))]
 

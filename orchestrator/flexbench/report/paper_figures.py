@@ -39,7 +39,8 @@ class PaperFigure:
 
 PAPER_FIGURES = (
     PaperFigure(
-        subject="Concepts of missions with large apertures (its Fig. 1)", reason="pictures of other projects: no result"
+        subject="Concepts of missions with large apertures (its Fig. 1)",
+        reason="pictures of other projects, no results",
     ),
     PaperFigure(
         subject="Structure, wheels and sensors", release=("MeshActSens", "MeshActSens2DPlate"), figure="structure"

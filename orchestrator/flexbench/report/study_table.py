@@ -63,7 +63,10 @@ def study_table(folder: Path) -> list[Block]:
         if lines:
             blocks += [Heading(3, name), Table((*header, "definition"), lines, code=frozenset())]
     blocks += [
-        Paragraph(f"Failed, and in no number: {one['run']}: {one['cause'].removesuffix('.')} (in {one['folder']}).")
+        Paragraph(
+            f"Failed, and excluded from the numbers: {one['run']}: {one['cause'].removesuffix('.')}"
+            f" (in {one['folder']})."
+        )
         for one in failed
     ]
     seeds = ("seed " if len(content["seeds"]) == 1 else "seeds ") + ", ".join(map(str, content["seeds"]))

@@ -160,7 +160,7 @@ def _mode(modes: Sequence[Event], wheels: Sequence[Event], outages: Sequence[Eve
     if last["to"] != "safe":
         yield text
     elif any(wheel["time"] == last["time"] for wheel in wheels):
-        yield f"{text}: the wheels left give no torque about some axis, and the attitude drifts about it"
+        yield f"{text}: the remaining wheels give no torque about some axis, and the attitude drifts about it"
     elif outages and outages[-1].get("begins"):
         yield f"{text}: no sample of the star tracker from {outages[-1]['time']:.6g} s on"
     else:

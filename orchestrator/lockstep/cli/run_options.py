@@ -182,7 +182,7 @@ def run_system(
         if system.ignored:
             print(f"left out, as no variable takes them: {compact(system.ignored)}")
         if system.start_values:
-            print(f"values of connected inputs, which count at initialization only: {compact(system.start_values)}")
+            print(f"values of connected inputs, which apply at initialization only: {compact(system.start_values)}")
         print_summary(summary, profile=request.profile)
         if any(component.shadow for component in system.components):
             print("\n".join(residual_lines(folder.path)))

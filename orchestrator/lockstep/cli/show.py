@@ -91,5 +91,5 @@ def describe(system: System) -> list[str]:
     if system.ignored:
         lines.append(f"  left out, as no variable takes them: {compact(system.ignored)}")
     if system.start_values:
-        lines.append(f"  count at initialization only, as the inputs are connected: {compact(system.start_values)}")
+        lines.append(f"  apply at initialization only, as the inputs are connected: {compact(system.start_values)}")
     return lines

@@ -175,7 +175,7 @@ def _held(path: Path) -> ResultsFolder:
         if folder is None:
             raise _Taken(f"{path}: another run is writing to it; choose another folder, or wait until that has ended")
         return folder
-    raise InputError(f"{path}: cannot be made, as it is removed all the time; choose another folder")
+    raise InputError(f"{path}: cannot be made, as another process keeps removing it; choose another folder")
 
 
 def _make(path: Path) -> list[Path]:

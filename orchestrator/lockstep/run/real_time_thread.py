@@ -11,7 +11,7 @@ from lockstep.errors import InputError
 from lockstep.operating_system import Release, use_core, use_priority
 from lockstep.processes.cpu_affinity import core_assignment
 
-_PERMISSION = "; root may, or whom `ulimit -r` permits it"
+_PERMISSION = "; root may set it, and users whom `ulimit -r` permits it"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

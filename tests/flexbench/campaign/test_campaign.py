@@ -188,7 +188,7 @@ def test_a_signal_ends_a_campaign_in_order(campaign_file, tmp_path, number, code
     _, errors = process.communicate(timeout=60.0)
 
     assert process.returncode == code
-    assert "what is finished is kept; the same command goes on" in errors
+    assert "finished runs are kept; the same command continues" in errors
     assert "Traceback" not in errors
     assert not any(one.is_running() and one.status() != psutil.STATUS_ZOMBIE for one in workers)
     assert 1 <= len(read_entries(tmp_path / "out")) < 10

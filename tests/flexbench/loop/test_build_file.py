@@ -82,7 +82,7 @@ def test_a_spacecraft_in_python_is_built_as_its_file_is(built, described, tmp_pa
     assert read_file(folder / "spacecraft.toml").configurations == given
     stable = [line for line in lines if "the closed loop is stable on all 8 modes" in line]
     assert [line.split(":")[1] for line in stable] == [" design published", " design robust"]
-    assert any("of 8 modes of the free spacecraft the wheels do not reach" in line for line in lines)
+    assert any("of 8 modes of the free spacecraft the wheels do not excite" in line for line in lines)
     with pytest.raises(InputError, match=r"centralised: name = .centralised.: a built-in spacecraft has this name"):
         flexbench.build(replace(given["robust"], name="centralised"), tmp_path / "other")
     assert not (tmp_path / "other").exists()
@@ -93,7 +93,7 @@ def test_an_unstable_loop_is_stated(described):
     text = described.read_text(encoding="utf-8").replace("plant = 8", "plant = 30")
     given = parse_spacecraft(text + "[controller.published]\ntorque = 1e-3\n", "small.toml").configurations
     notes = list(design_notes(designs_of(given["robust"], given["published"])))
-    assert re.match(r"design published: warning: the closed loop is unstable on all 30 modes: what moves at", notes[0])
+    assert re.match(r"design published: warning: the closed loop is unstable on all 30 modes: the motion at", notes[0])
     assert notes[1].startswith("design robust: the closed loop is stable on all 30 modes")
 
 

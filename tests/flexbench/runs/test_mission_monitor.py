@@ -37,7 +37,7 @@ def test_a_mission_without_failures_says_its_last_mode(blocks):
 def test_safe_names_what_led_to_it():
     fine, safe = ["fine"] * 3, ["safe"] * 3
     (first, *wheels) = lines_of(fine + safe, one=(1,), two=(3, 5))
-    assert first.startswith("mission: in mode safe from 3 s to the end: the wheels left give no torque")
+    assert first.startswith("mission: in mode safe from 3 s to the end: the remaining wheels give no torque")
     assert wheels == ["wheel 1: off from 1 s on", "wheel 2: off from 3 s on, seized from 5 s on"]
     first, second = lines_of(fine + safe, outage=(2,))
     assert first == "mission: in mode safe from 3 s to the end: no sample of the star tracker from 2 s on"

@@ -82,7 +82,9 @@ def test_what_is_refused_is_one_line_each_and_the_run_goes_on(system, tmp_path):
 
     summary = in_thread(run, permitted=False)
     assert summary.warnings[-2].startswith("core 4095: the run goes on without it (this program may use ")
-    expected = "real-time priority 7: the run goes on without it (operation not permitted; root may, or whom "
+    expected = (
+        "real-time priority 7: the run goes on without it (operation not permitted; root may set it, and users whom "
+    )
     assert summary.warnings[-1].startswith(expected)
     record = tomllib.loads((tmp_path / "out/run.toml").read_text(encoding="utf-8"))
     assert record["status"] == "completed"

@@ -219,7 +219,7 @@ def test_values_of_connected_inputs_are_start_values_and_listed(load, ssd, fmus,
     write_ssd(system, tmp_path / "own.ssd")  # in a file with annotations such a value is refused
     assert parameters(load_system(tmp_path / "own.ssd"), "plant") == {"x0": 3.0}
     assert main(["show", str(system.path), "--step-size", "0.001"]) == 0
-    assert "count at initialization only, as the inputs are connected: plant.u" in capsys.readouterr().out
+    assert "apply at initialization only, as the inputs are connected: plant.u" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("value", ["NaN", "INF", "1e400"])

@@ -17,8 +17,9 @@ SENSORS = ComponentText(
         " rest, held over fast_period. Each wheel has factors on the four numbers of its jitter. The sum over the"
         " wheels of one mount is given as a force and a torque on that mount, in body axes, to connect to the"
         " plant's inputs of the same names.",
-        "Gyros and accelerometers are numbered as above. One encoder a wheel. Left out: bias, drift, scale factor,"
-        " misalignment, quantisation, latency, outages.",
+        "Gyros and accelerometers are numbered as above. One encoder a wheel. Off by default: biases that walk,"
+        " scale factors, misalignment, the star tracker's low-frequency error, and its blinding by Sun and Earth. Left"
+        " out: quantisation, latency.",
     ),
     equations=(
         Equation(

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 RERUN, REPORT, RARE = "rerun", "report", "rare"
 _EXAMPLES = """
 exit code: 0 all runs are complete, failed ones included; 1 the disk is full or the cluster is lost; 2 bad input;
-130, 143 ended by Ctrl-C, SIGTERM. The same command continues where it ended, whatever ended it.
+130, 143 ended by Ctrl-C, SIGTERM. The same command continues an interrupted campaign.
 
 examples:
   {program} campaign examples/campaigns/short.toml --out results/short
@@ -114,7 +114,7 @@ def _run(path: Path, out: Path | None, make_pool: MakePool, stop_when: str | Non
         try:
             done = run_campaign(path, folder, make_pool, show, rule)
         except KeyboardInterrupt:
-            print(f"{folder}: what is finished is kept; the same command goes on", file=sys.stderr)
+            print(f"{folder}: finished runs are kept; the same command continues", file=sys.stderr)
             raise
         failed = int((~done.results.completed).sum())
         if done.stopped:

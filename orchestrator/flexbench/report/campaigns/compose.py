@@ -117,9 +117,9 @@ def _requirements(found: Sequence[Evaluation]) -> list[Block]:
         _table(requirement_table(found)),
         Paragraph(
             f"Bounds of the probability after Clopper and Pearson, {' or '.join(f'{100 * c:g} %' for c in confidences)}"
-            " confidence: `shown` where the lower one reaches what is required, `not met` where the upper one does not,"
-            " `open` between, with the number of runs that would show it if as large a share fails as so far. A failed"
-            " run does not meet a requirement."
+            " confidence: `shown` where the lower bound reaches the required probability, `not met` where the upper"
+            " bound does not, `open` between, with the number of runs that would show it at the present share of"
+            " failures. A failed run does not meet a requirement."
         ),
     ]
 

@@ -30,8 +30,8 @@ AXES: Mapping[AxisName, tuple[int, ...]] = {
 SHORT = 200.0  # s: a shorter run is judged over its second half
 LEVELS = (0.95, 0.9973)  # 2 and 3 sigma of a normal error
 INTERPRETATION = (
-    "Temporal interpretation of ECSS-E-ST-60-10C: of one run, the value that the index does not exceed for the share"
-    " of its times or windows that the level says."
+    "Temporal interpretation of ECSS-E-ST-60-10C: the value that the index does not exceed for the share of the"
+    " times or windows of one run that the level gives."
 )
 
 

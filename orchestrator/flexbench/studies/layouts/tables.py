@@ -166,8 +166,8 @@ def lost_text(comparison: Comparison) -> str:
         f"{one.configuration}, {one.scenario.replace('_', ' ')}, seed {one.seed}: {one.lost}" for one in lost
     )
     return (
-        f"{len(lost)} of {len(comparison.outcomes)} runs were lost, and are in no mean and no ratio, nor is the other"
-        f" run of their pairs in a ratio: {named}."
+        f"{len(lost)} of {len(comparison.outcomes)} runs were lost, and are excluded from means and ratios, with"
+        f" their pairs from ratios: {named}."
     )
 
 
@@ -179,7 +179,7 @@ def cost_text(comparison: Comparison) -> str:
     return (
         f"What it costs: {many.count} wheels in place of {one.count}, with {many.inertia:.3g} kg.m2 in all against"
         f" {one.inertia:.3g} and {many.momentum:.3g} N.m.s stored at nominal speed against {one.momentum:.3g}. The"
-        " paper takes them to weigh the same in all; rotors of one shape and material would weigh"
+        " paper takes both sets as equally heavy; rotors of one shape and material would weigh"
         f" {many.weight / one.weight:.2g} times as much."
     )
 
@@ -220,7 +220,7 @@ def notes(comparison: Comparison) -> list[str]:
     found.append(
         "RMS values in these windows; torque is the sum of its magnitudes over the wheels."
         f" Means have their {PERCENT} intervals (Student); ratios are geometric means over pairs, with the interval of"
-        " their logarithm. Each interval holds by itself: of twenty, one may miss."
+        " their logarithm. Each interval holds by itself: of twenty, one may miss the true value."
     )
     return found
 

@@ -34,7 +34,7 @@ def design_notes(designs: Designs) -> Iterator[str]:
         else:
             doubling = np.log(2.0) / worst.growth if worst.growth > 0.0 else np.inf
             yield (
-                f"design {name}: warning: the closed loop is unstable on all {corner.modes} modes: what moves at"
+                f"design {name}: warning: the closed loop is unstable on all {corner.modes} modes: the motion at"
                 f" {worst.frequency:.3g} Hz doubles in {doubling:.3g} s; set controller.torque,"
                 " controller.gyro_noise or modes.design higher"
             )
@@ -42,8 +42,8 @@ def design_notes(designs: Designs) -> Iterator[str]:
     unreached, unseen = table.controllability < NOTHING, table.observability < NOTHING
     if unreached.any() or unseen.any():
         yield (
-            f"of {len(table.free)} modes of the free spacecraft the wheels do not reach"
-            f" {_these(table.free, unreached)}, the gyros do not see {_these(table.free, unseen)}"
+            f"of {len(table.free)} modes of the free spacecraft the wheels do not excite"
+            f" {_these(table.free, unreached)}, the gyros do not sense {_these(table.free, unseen)}"
         )
 
 

@@ -78,7 +78,7 @@ ROWS: tuple[PaperRow, ...] = (
         scale=1.0,
         published=(34.0, 219.0),
         definition="its torque part",
-        note="not reproduced by anything tried, with the authors' own matrices either (202 / 37)",
+        note="not reproduced by any variant tried, nor with the authors' own matrices (202 / 37)",
         of_whole_run=True,
     ),
     PaperRow(
@@ -166,9 +166,9 @@ ROWS: tuple[PaperRow, ...] = (
     ),
 )
 REMARKS = (
-    "Control cost: the two published values were not reproduced by anything tried, nor was the distributed total, with"
-    " the authors' own matrices either (202 and 37 against 34 and 219; 247 against 461). The two exchanged would agree"
-    " within 10 %. No one set of weights gives all rows, so they seem to come from runs with different ones.",
+    "Control cost: the two published values were not reproduced by any variant tried, nor was the distributed total,"
+    " with the authors' own matrices either (202 and 37 against 34 and 219; 247 against 461). The two exchanged would"
+    " agree within 10 %. No single set of weights gives all rows: they seem to come from runs with different weights.",
     "Rate in fine pointing: the norm of the measured rate of the bus gyros is 2.83e-5 and 2.39e-5 deg/s, within 6 % of"
     " the published 3.0e-5 and 2.5e-5; the true rate, shown here, is smaller.",
     "Rate and deformation after the slew: the authors' public release cannot print these two rows. The RMS over 75 to"

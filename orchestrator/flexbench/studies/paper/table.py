@@ -164,7 +164,7 @@ def footnotes(results: Results) -> list[str]:
     seeds = ", ".join(map(str, results.seeds))
     spread = " (mean ± standard deviation of one seed)" if len(results.seeds) > 1 else ""
     notes = [f"Runs of {results.duration:g} s through the FMUs; seeds {seeds}{spread}."]
-    notes += [f"Failed, and in no number: {one.text}." for one in results.failed]
+    notes += [f"Failed, and excluded from the numbers: {one.text}." for one in results.failed]
     if results.duration != RUN_DURATION:
         notes.append(f"Costs and settling refer to runs of {RUN_DURATION:g} s and are not shown.")
     if JUDGED in results.variants:

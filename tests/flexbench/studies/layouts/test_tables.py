@@ -70,7 +70,7 @@ def test_lost_runs_are_in_no_number_and_named(compare_made):
     assert row.means["distributed"].value == pytest.approx(0.5 * 8.0 / 3.0)
     assert (row.contrast.count, row.contrast.value) == (3, pytest.approx(0.5))
     text = lost_text(comparison)
-    assert text.startswith("2 of 16 runs were lost, and are in no mean and no ratio")
+    assert text.startswith("2 of 16 runs were lost, and are excluded from means and ratios")
     assert "distributed, fine pointing, seed 2: limit cycle: once at 3 s; distributed, slew, seed 2: limit" in text
     assert text in as_text(comparison, compare(comparison))
     lines = list(csv.DictReader(as_csv(comparison).splitlines()))
@@ -132,7 +132,7 @@ def test_the_cost_is_in_wheels_momentum_and_weight(compare_made):
     comparison.wheels.update(centralised=one, distributed=many)
     assert cost_text(comparison) == (
         "What it costs: 33 wheels in place of 6, with 27.7 kg.m2 in all against 27.7 and 900 N.m.s stored at nominal"
-        " speed against 1e+03. The paper takes them to weigh the same in all; rotors of one shape and material would"
+        " speed against 1e+03. The paper takes both sets as equally heavy; rotors of one shape and material would"
         " weigh 2 times as much."
     )
 

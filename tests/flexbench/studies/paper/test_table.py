@@ -208,7 +208,7 @@ def test_runs_that_failed_are_marked_and_the_others_counted(lame):
     assert cell is not None
     assert (cell.count, cell.deviation) == (1, None)
     text = (folder / "table.txt").read_text()
-    assert f"Failed, and in no number: {study.failed[0].text}." in text
+    assert f"Failed, and excluded from the numbers: {study.failed[0].text}." in text
     assert study.failed[0].text.endswith(f"plant: crashed with SIGSEGV ({study.failed[0].folder})")
     assert paper.failures_text(study)[0].startswith("3 of 28 runs failed, table and page have the others: distributed")
     kept = paper.one_seed_folders(folder, VARIANTS, 2, [one.folder for one in study.failed])
@@ -225,9 +225,9 @@ def test_the_page_marks_runs_that_failed_with_cause_and_folder(lame):
     assert rows["slew: settling"][:6] == ["slew: settling", "s", "30", "failed", "-", "2 ± 0"]
     assert all(len(row) == width for row in [*centralised.rows, *distributed.rows])
     assert "failed" not in str(centralised.rows)  # of one of two seeds
-    assert sum(text_of(block).startswith("Failed, and in no number") for block in blocks) == 3
+    assert sum(text_of(block).startswith("Failed, and excluded from the numbers") for block in blocks) == 3
     (answer, _) = [text_of(block) for block in headline_blocks([], [folder])] + [""]
-    assert "Failed, and in no number of the paper's table: distributed-slew-as-published-seed1, " in answer
+    assert "Failed, and excluded from the paper's table: distributed-slew-as-published-seed1, " in answer
     assert "What they recorded" not in answer
     begun = SimpleNamespace(
         folder=folder / "centralised-slew-seed2", name="centralised-slew-seed2 (failed at 9 s)", run=None
