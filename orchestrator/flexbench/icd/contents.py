@@ -28,10 +28,10 @@ _ROLES = {
     "plant": "The flexible spacecraft: rigid body, structural modes, reaction wheels. Continuous: its step holds the "
     "inputs, and its outputs are true at the step's end. Any communication step.",
     "sensors": "Star tracker, gyros, accelerometers, encoders, and the jitter of the wheels. Sampled: reads its inputs "
-    "at the step's start, and its outputs hold from there. All steps as long as the "
-    "first, or as the parameter step_size.",
+    "at the step's start, and its outputs hold from there. All steps have the "
+    "length of the first one, or of the parameter step_size.",
     "controller": "The LQG attitude controller with its slew guidance. Sampled at its period, and stepped with that "
-    "or a whole fraction of it. Another controller that takes its place needs this interface.",
+    "or a whole fraction of it. A controller that replaces it needs this interface.",
 }
 _HEADER = ("port", "size", "type", "unit (shown)", "frame", "every", "range", "start")
 
