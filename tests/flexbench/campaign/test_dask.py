@@ -117,7 +117,7 @@ def test_a_scheduler_that_ends_is_named_and_the_campaign_goes_on_without_it(camp
 
     thread = threading.Thread(target=lose)
     thread.start()
-    with pytest.raises(ClusterLost, match="the scheduler does not answer any more; start it and give the same comm"):
+    with pytest.raises(ClusterLost, match="the scheduler does not answer any more; start it and repeat the command"):
         run_campaign(path, tmp_path / "out", lambda settings: DaskPool(cluster.address, settings), lambda _: None)
     thread.join()
     kept = read_entries(tmp_path / "out")

@@ -35,7 +35,7 @@ def test_each_platform_is_built_once_in_the_usual_order(monkeypatch, capsys, giv
     [
         (["win6"], "--platforms: 'win6' is none of all, linux64, win64, aarch64-linux, darwin64; did you mean win64?"),
         ([""], "--platforms: '' is none of all, linux64"),
-        (["win64", "--no-native"], "--platforms is of the FMUs in C, which --no-native leaves out"),
+        (["win64", "--no-native"], "--platforms concerns the FMUs in C, which --no-native omits"),
         (["win64"], "compiled with Zig, which is missing: pip install ziglang"),
     ],
 )

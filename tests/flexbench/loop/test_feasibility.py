@@ -116,7 +116,7 @@ def numbers(**changed):
 def test_what_is_just_met_is_accepted_and_what_is_not_names_the_remedy():
     assert numbers().objection() is None
     assert "ends at 50.25 s; give --stop-time 51 or more" in numbers(end=50.25).objection()
-    assert "set controller.slew.authority lower, or the wheel.torque_limit" in numbers(torque=4.1).objection()
+    assert "set controller.slew.authority lower, or the same wheel.torque_limit" in numbers(torque=4.1).objection()
     assert "a wheel would have to take 2.1 N.m.s" in numbers(momentum=2.1).objection()
     assert numbers(angles=(), end=60.0).objection() is None
 
