@@ -26,7 +26,7 @@ def test_each_platform_is_built_once_in_the_usual_order(monkeypatch, capsys, giv
     monkeypatch.setattr("flexbench.loop.build.build_all", lambda *_, **options: found.update(options))
 
     assert main(["build", "--platforms", given]) == 0
-    assert found["platforms"] == passed
+    assert found["options"].platforms == passed
     assert "built in" in capsys.readouterr().out
 
 
