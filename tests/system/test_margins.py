@@ -203,6 +203,7 @@ def test_the_command_measures_a_vendors_controller(flexsat, known_system, tmp_pa
     [
         ((), "--amplitude: not known for this plant"),
         (("--amplitude", 1, "--controller", "nobody"), "nobody: no such component; there are controller, plant"),
+        (("--gains", 3), "--modes, --gains: have no effect: controller is not a controller of flexsat, and the table"),
         (("--analytic-only",), "controller: not a controller of flexsat"),
         (("--analytic-only", "--set", "plant.nois=1"), "plant.nois: no such parameter; plant has"),
     ],

@@ -164,7 +164,7 @@ def margins(
     )
 
     if analytic_only:
-        names = MeasurementOptions.__dataclass_fields__
+        names = {*MeasurementOptions.__dataclass_fields__, "seed", "python"}
         refuse_given(names, "has no effect on the design, which --analytic-only analyses; leave one of them out")
     grid = Grid(modes=modes, gains=gains or GAINS)
     loaded = with_delays(load_system(system), delay)

@@ -288,7 +288,13 @@ def test_an_option_reaches_the_study_with_its_value(monkeypatch, tmp_path, what,
 
 
 def test_measurement_options_beside_analytic_only_are_refused(capsys):
-    for option, values in {"--lines": ["5"], "--noise-free": [], "--band": ["1", "2"]}.items():
+    for option, values in {
+        "--lines": ["5"],
+        "--noise-free": [],
+        "--band": ["1", "2"],
+        "--seed": ["3"],
+        "--python": [],
+    }.items():
         assert PROGRAM.run(["margins", FAR, "--analytic-only", option, *values]) == 2
         assert f"{option}: has no effect on the design, which --analytic-only analyses" in capsys.readouterr().err
     assert set(MeasurementOptions.__dataclass_fields__) <= {p.name for p in PROGRAM.get_command(None, "margins").params}

@@ -105,3 +105,17 @@ def test_shadows_treat_differences_as_such(case, tmp_path):
     assert signals["warm.shadow.y"][-1] == pytest.approx(6.0 - offset, abs=1e-12)
     assert signals["warm.residual.y"][-1] == pytest.approx(1.0, abs=1e-12)
     assert signals["warm.shadow.v"][-1] == pytest.approx(2.0, abs=1e-12)
+
+
+def test_offsets_count_where_one_end_alone_is_a_difference(case, tmp_path):
+    _, system = case
+    other = in_unit(tmp_path / "other", "K", "no" if case[0] == 0.0 else "itself")
+    mixed = replace(system, components=(system.component("warm"), replace(system.component("cold"), source=other)))
+    simulate(mixed, tmp_path / "mixed")
+    simulate(with_shadow(system, "warm", other), tmp_path / "shadow", overrides={"warm.shadow.p": 6.0}, record=["all"])
+
+    signals = read_signals(tmp_path / "mixed")
+    assert signals["cold.v"][-1] == pytest.approx(signals["warm.y"][-1] + 273.15, abs=1e-12)  # rounding near 300
+    assert signals["warm.v"][-1] == pytest.approx(signals["cold.y"][-1] - 273.15, abs=1e-12)
+    shadowed = read_signals(tmp_path / "shadow")
+    assert shadowed["warm.shadow.y"][-1] == pytest.approx(6.0 - 273.15, abs=1e-12)

@@ -184,6 +184,9 @@ def run_study(
     chosen = grid or Grid()
     if loop.real is not None:
         chosen.counts(loop.real.spacecraft.mode_count)  # before anything is computed
+    if loop.designed is None and chosen != Grid():
+        raise InputError(f"--modes, --gains: have no effect: {loop.controller} is not a controller of flexsat, and the"
+                         " table of stability is that of a design; leave them out")  # fmt: skip
     if not analytic_only:
         _test_signal(loop, settings)  # so too
     folder.mkdir(parents=True, exist_ok=True)
