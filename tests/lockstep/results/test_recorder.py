@@ -54,6 +54,7 @@ def test_rows_come_back_by_name_in_the_order_given(tmp_path, rows):
 @pytest.mark.parametrize("rows", [0, 1, 499, 500, 501, 5003])
 def test_a_scratch_run_stays_a_stream_whose_monitor_sees_each_row_once(tmp_path, monkeypatch, rows):
     monkeypatch.setattr(conversion, "_GROUP_BYTES", 120_000)  # of 3,000 rows
+    monkeypatch.setattr(conversion, "_ParquetFile", None)  # there is none to write to
     seen = []
 
     class Everything:
