@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 from ..controller_weights import ControllerDesign, Weights
@@ -15,7 +15,7 @@ from .placement import UNIT, Device, Site
 from .spacecraft_file import SpacecraftFile, parse_spacecraft
 from .wheel_kinds import HARMONICS, TABLE
 
-_TABLES = ("bus", "aperture", "plate", "modes", "noise", "rates", "slew", "speeds")
+_TABLES = ("bus", "aperture", "plate", "modes", "noise", "sensor_errors", "rates", "slew", "speeds")
 
 
 def file_of(robust: Configuration, published: Configuration | None = None) -> SpacecraftFile:
@@ -32,6 +32,8 @@ def file_of(robust: Configuration, published: Configuration | None = None) -> Sp
         For appendages, whose modal data are files of their own, two that differ in more than their weights, or what a
         file may not state either: a site without a node, more modes than the structure has.
     """
+    if all(device.wheel is not None for device in robust.wheels):  # the usual one is of no effect: a file has none
+        robust, published = (one and replace(one, wheel=Wheel()) for one in (robust, published or robust))
     given: Mapping[ControllerDesign, Configuration] = {"robust": robust, "published": published or robust}
     if robust.appendages:
         raise ValueError(
@@ -84,8 +86,9 @@ def _lines(config: Configuration, weights: Mapping[ControllerDesign, Weights]) -
         if (one := getattr(config, table)) is not None:
             yield f"[{table}]"
             yield from _fields(one)
-    yield "[wheel]"
-    yield from _fields(config.wheel)
+    if any(device.wheel is None for device in config.wheels):
+        yield "[wheel]"
+        yield from _fields(config.wheel)
     for wheel, name in kinds.items():
         yield f"[{TABLE}.{name}]"
         yield from _fields(wheel)

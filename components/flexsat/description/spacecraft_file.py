@@ -112,6 +112,8 @@ def parse_spacecraft(text: str, name: str, folder: Path = Path()) -> SpacecraftF
     for name in kinds:
         if name not in used:
             source.refuse([WHEEL_KINDS, name], f'has no wheel; write kind = "{name}" in an entry of wheels')
+    if "wheel" in tables and None not in used:
+        source.refuse(["wheel"], "is that of wheels without kind, and all have one; leave it out")
     if RELEASE in tables:
         values["release"] = _release(source, tables[RELEASE], sites)
     common = {

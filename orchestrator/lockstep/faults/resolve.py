@@ -103,6 +103,9 @@ def _of_connections(fault: Fault, plan: Plan, window: tuple[int, int]) -> list[G
     text = [flag.name for flag in flags if flag.scalar == "String"]
     if text:
         raise InputError(f"{fault.location}: validity: {text[0]} is a String; name a Boolean or a number")
+    if fault.invalid and all(flag.scalar == "Boolean" for flag in flags):
+        raise InputError(f"{fault.location}: invalid = {fault.invalid}: has no effect on {flags[0].name}, which becomes"
+                         " false; leave it out")  # fmt: skip
     named = {flag.name for flag in flags}
     held = [t for t in targets if t.name not in named]
     stuck = replace(fault, kind="stuck")

@@ -9,7 +9,7 @@ from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.description.configuration import Configuration
 from flexsat.description.file_text import file_of
 from flexsat.description.placement import ALONG, Bus, Device, Site, direction
-from flexsat.parameters import Harmonic, Modes, Wheel
+from flexsat.parameters import Harmonic, Modes, SensorErrors, Wheel
 
 
 def pyramid(**changes):
@@ -28,6 +28,7 @@ def pyramid(**changes):
         accelerometers=(Device(site="top", axis=ALONG["+z"]),),
         bus=Bus(mass=800.0, inertia=(500.0, 500.0, 600.0, 1.0, 0.0, 0.0)),
         modes=Modes(plant=12, design=7),
+        sensor_errors=SensorErrors(gyro_bias=1e-7, boresight=(0.0, 0.6, 0.8)),
     )
     return replace(given, **changes)
 
@@ -39,6 +40,8 @@ def test_a_spacecraft_and_its_file_are_the_same():
     assert found.configurations["published"].weights == published.weights
     one = found.configurations["robust"]
     assert one == robust
+    kinds = tuple(replace(device, wheel=device.wheel or Wheel()) for device in robust.wheels)
+    assert file_of(pyramid(wheels=kinds)).configurations["robust"] == pyramid(wheels=kinds, wheel=Wheel())
 
 
 @pytest.mark.parametrize("name", CONFIGURATIONS)

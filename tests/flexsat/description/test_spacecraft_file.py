@@ -1,6 +1,7 @@
 """What a spacecraft's file says is built, in any unit; a wrong one is refused by line, key, value and remedy."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -129,6 +130,11 @@ def test_wheels_of_several_kinds():
     text = TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]")
     for entry, kind in (('at = "top", axes', "small"), ('at = "bus", axes = ["+x", "-y"', "large")):
         text = text.replace(entry, entry.replace('", axes', f'", kind = "{kind}", axes'))
+    with pytest.raises(
+        SpacecraftFileError, match=r"my\.toml:14: wheel: is that of wheels without kind"
+    ):
+        parse_spacecraft(text + KINDS, "my.toml")
+    text = re.sub(r"\[wheel\]\n[^\[]*", "", text)
     found = parse_spacecraft(text + KINDS, "my.toml")
     config = found.configurations["robust"]
     small = Wheel(

@@ -77,6 +77,8 @@ AGAINST_THE_SYSTEM = {
     entry(connection='"echo.number"', kind='"nan"', value=None): "echo.number is Integer; only a Real can be nan",
     entry(connection='"echo.u"', value="[1, 2, 3]"): r"3 numbers for 2 values, echo.u\[1..2\]; give one, or each",
     entry(connection='"echo.u"', kind='"dropout"', value=None): r"no validity flag among echo.u\[1..2\]; add",
+    entry(connection='["echo.u", "echo.flag"]', kind='"dropout"', value=None, invalid="3"): "invalid = 3: has no "
+    "effect on echo.flag, which becomes false; leave it out",
     entry(connection='"echo.flag"', kind='"stuck"', value="2.0"): "echo.flag: 2.0 is not of its type Boolean",
     entry(unit='"deg"'): r"unit = 'deg': echo.u\[1\] has no unit; leave unit out",
     tuned(parameter='"angle.radians"', unit='"m"'): "unit 'm' .* does not convert",
