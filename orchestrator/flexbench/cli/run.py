@@ -39,12 +39,12 @@ examples:
   {{program}} run fmus/distributed/slew.ssd --native
   {{program}} run fmus/centralised/missions/mission.ssd --native --mission examples/missions/short_day.toml
 
---native replaces every FMU; in a system file native="true", beside the period of a component, replaces that one.
+--native replaces every FMU; native="true" beside the period of a component in a system file replaces that one.
 
-A row of an input file commands a slew from its time on: command.rotation (rad) from where the slew before ends, begun
-at command.start_time, or at once if that has passed. One that would begin during a slew is refused, or replaces it with
---set controller.command.during_slew=replan; one that begins after it waits. controller.keep_out.* keeps an axis of
-the body, such as a boresight, outside up to two cones.
+A row of an input file commands a slew from its time on: command.rotation (rad), from the end of the slew before, begins
+at command.start_time, or at once if that has passed. A command that would begin during a slew is refused, or, with
+--set controller.command.during_slew=replan, replaces it; one that begins after it waits. controller.keep_out.* keeps
+an axis of the body, such as a boresight, outside up to two cones.
 
 {HELP}"""
 

@@ -18,8 +18,8 @@ from lockstep.whole_file import write_whole
 
 _EXAMPLES = """
 examples:
-  {program} bundle fmus/native/fine_pointing.ssd --out closed_loop.fmu
-  {program} bundle fmus/native/fine_pointing.ssd --input 'plant.external.*' --output plant.rate \\
+  {program} bundle fmus/distributed/native/fine_pointing.ssd --out closed_loop.fmu
+  {program} bundle fmus/distributed/native/fine_pointing.ssd --input 'plant.external.*' --output plant.rate \\
       --platforms linux64,win64 --out loop.fmu
 
   The FMU is one for co-simulation (FMI 2.0, or 3.0 with --fmi3) with the FMUs of the system in its resources; each is
