@@ -15,7 +15,7 @@ import pytest
 
 from lockstep import read_signals
 
-PROGRESS = re.compile(r"[\w-]+: [\d.]+ of [\d.]+ s, .* left|[\w-]+: [\d.]+ s simulated \(\d+ of \d+\)")
+PROGRESS = re.compile(r"[\w-]+: [\d.]+ of [\d.]+ s, .* left|[\w-]+: (?:[\d.]+ s simulated|failed|ended) \(\d+ of \d+\)")
 
 
 # `flexsat` with FMUs that are there: they are built in `test_paper.py`

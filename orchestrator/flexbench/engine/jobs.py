@@ -168,8 +168,8 @@ def run_jobs(
         with show_jobs([job.title for job in jobs]) as show:
             for outcome in dispatch(tasks, pool, lambda: _drain(reports, jobs, show)):
                 _drain(reports, jobs, show)
-                show.end(jobs[outcome.number].title, "failed" if outcome.failure else "ended")
                 done[outcome.number] = _result(outcome, jobs[outcome.number], keep_failed, keep_all)
+                show.end(jobs[outcome.number].title, "failed" if outcome.failure else "ended")
             _drain(reports, jobs, show)
     except BaseException:
         pool.end()

@@ -230,9 +230,11 @@ def _stacked(columns: Mapping[str, NDArray[Any]], names: Sequence[str]) -> Array
 
 def print_found(folder: Path) -> None:
     """Print what a run's monitor found, if it had one."""
+    from lockstep.cli.outcome import remark
+
     record, _ = read_run_record(folder)
     if "found" in record:
-        print("\n".join(found_lines(record["found"])))
+        remark(*found_lines(record["found"]))
 
 
 def found_lines(found: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -135,10 +135,11 @@ def _change(name: str, time: float, before: int, after: int) -> Found:
 
 def print_mission(folder: Path) -> None:
     """Print how the mission of a run went; nothing for a run without a mission manager."""
+    from lockstep.cli.outcome import remark
+
     path = folder / EVENTS
     lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-    for line in mission_lines([json.loads(line) for line in lines]):
-        print(line)
+    remark(*mission_lines([json.loads(line) for line in lines]))
 
 
 def mission_lines(events: Sequence[Event]) -> list[str]:

@@ -130,6 +130,7 @@ def run_system(
     watch, check : as in `RunOptions`
     """
     from lockstep.adapter.component import with_replacements
+    from lockstep.cli.outcome import remark
     from lockstep.cli.progress import print_summary, print_warnings, show_progress
     from lockstep.errors import compact
     from lockstep.faults.read import read_scenario
@@ -180,12 +181,12 @@ def run_system(
             )
         print_warnings(summary.warnings)
         if system.ignored:
-            print(f"left out, as no variable takes them: {compact(system.ignored)}")
+            remark(f"left out, as no variable takes them: {compact(system.ignored)}")
         if system.start_values:
-            print(f"values of connected inputs, which apply at initialization only: {compact(system.start_values)}")
+            remark(f"values of connected inputs, which apply at initialization only: {compact(system.start_values)}")
         print_summary(summary, profile=request.profile)
         if any(component.shadow for component in system.components):
-            print("\n".join(residual_lines(folder.path)))
+            remark(*residual_lines(folder.path))
         finish(folder.path)
     return summary
 

@@ -99,6 +99,15 @@ def settle(system: System, descriptions: Mapping[str, Description]) -> System:
     return replace(system, components=tuple(_settled(c, decided, grouped) for c in system.components))
 
 
+def refuse_without_isolated(system: System, what: str) -> None:
+    """Raise InputError if no component, nor shadow, of a settled system is isolated; `what` needs one."""
+    if not any(c.isolated or (c.shadow is not None and c.shadow.component.isolated) for c in system.components):
+        name = system.components[0].name
+        raise InputError(
+            f"{what}: no FMU of this run is isolated; isolate one, for example --isolate {name}, or leave it out"
+        )
+
+
 def _settled(component: Component, decided: Mapping[str, bool], grouped: Set[str]) -> Component:
     shadow = component.shadow
     if shadow is not None:

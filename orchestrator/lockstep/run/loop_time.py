@@ -80,7 +80,7 @@ class LoopTime:
         return rows
 
 
-TABLE_HEADER = ("part", "calls", "time, s", "a step, us", "share", "")
+TABLE_HEADER = ("part", "calls", "time [s]", "a step [µs]", "share", "")
 
 
 def loop_time(loop: Loop, tasks: Sequence[Task]) -> LoopTime:

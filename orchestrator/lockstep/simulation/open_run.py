@@ -15,7 +15,7 @@ from lockstep.faults.resolve import resolve
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.interrupt import Interrupt
 from lockstep.plan.plan import Plan
-from lockstep.processes.isolation_policy import in_this_process
+from lockstep.processes.isolation_policy import in_this_process, refuse_without_isolated
 from lockstep.processes.start_slave import SharedProcess, limits_given
 from lockstep.results.read import Signals, signals_in_memory
 from lockstep.results.recorder import Recorder, SavedRows
@@ -227,6 +227,8 @@ def open_run(
     if restart is not None:
         system = with_tolerances(system, restart.tolerances(system))
     plan, overrides = plan_of(system, options)
+    if options.step_limit is not None:
+        refuse_without_isolated(plan.system, f"step limit {limits.step:g} s")
     faults = resolve(options.faults, plan) if options.faults else None
     first = restart.checkpoint.tick if restart else 0
     saves = options.checkpoints.ticks(plan, first + 1 if restart else 0)

@@ -54,8 +54,11 @@ class Timing:
         names = [component.name for component in system.components]
         for pattern in self.periods:
             named(pattern, names)
-        for name in self.kinds:
-            system.component(name)
+        for name, kind in self.kinds.items():
+            try:
+                system.component(name)
+            except InputError as error:
+                raise InputError(f"--{kind} {error}") from None
 
     def given_period(self, name: str) -> Time | None:
         """Return the period that is given for a component or for all [ns], None if none is."""

@@ -1,6 +1,7 @@
 """Files of an FMU other than its code: documentation, licences, pictures, terminals, experiments that replay."""
 
 import hashlib
+import html
 import os
 import subprocess
 import sys
@@ -107,6 +108,7 @@ def test_licences_and_dependencies_are_there(fmu):
     for name in texts:
         assert Path(name).name in entry
     both = b"".join(files[name] for name in texts)
+    assert f'simulate_fmu("{fmu.name}", ' in html.unescape(files["documentation/index.html"].decode())
     assert b"BSD 3-Clause License" in both
     assert b"MIT License" in both
     needs = files["documentation/externalDependencies.txt"].decode()

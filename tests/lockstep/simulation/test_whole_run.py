@@ -40,7 +40,7 @@ def test_numbers_of_numpy_are_the_same_run_as_plain_ones(loop, tmp_path):
     given = {"plant.x0": np.float32(4.0), "echo.u[2]": np.array(1.5)}
     simulate(
         loop, tmp_path / "numpy", stop_time=np.float64(0.003), overrides=given, record_period=np.array(0.001),
-        pace=np.float64(0.0), step_limit=np.int64(60), faults=None, checkpoints=None,
+        pace=np.float64(0.0), faults=None, checkpoints=None,
     )  # fmt: skip
 
     records = [tomllib.loads((tmp_path / name / "run.toml").read_text()) for name in ("plain", "numpy")]
@@ -61,6 +61,10 @@ def test_numbers_of_numpy_are_the_same_run_as_plain_ones(loop, tmp_path):
         ({"record": 1}, r"record = 1 must be a list of texts"),
         ({"stop_time": [0.1]}, r"stop time: \[0\.1\] is not a number of seconds"),
         ({"step_limit": [1]}, r"step limit \[1\] must be a number of seconds"),
+        (
+            {"step_limit": np.int64(60)},
+            r"step limit 60 s: no FMU of this run is isolated; .* --isolate counter, or leave it out",
+        ),
         ({"pace": [1]}, r"pace \[1\] must be a factor of real time"),
     ],
 )

@@ -154,7 +154,7 @@ REFUSED = [
         ("--step-size", "0.001", "--step-size", "eager=1"),
         r"^eager: no such component; there are counter, sub/eager, plant",
     ),
-    (("--step-size", "0.001", "--sampled", "plnt"), r"^plnt: no such component; .*did you mean plant\?"),
+    (("--step-size", "0.001", "--sampled", "plnt"), r"^--sampled plnt: no such component; .*did you mean plant\?"),
     (("--step-size", "0"), r"^--step-size 0: must be > 0 s"),
     (("--step-size", "1", "--step-size", "2"), r"^--step-size 2: given for all already, as 1; name a component"),
     (("--step-size", "0.3 s"), r"^--step-size: '0\.3 s' is not a number of seconds"),

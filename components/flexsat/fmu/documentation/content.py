@@ -75,6 +75,7 @@ def accompanying_files(
         table,
         TEXTS[component],
         experiments,
+        file=f"{component}.fmu",
         model_name=model_name,
         configuration=_layout(config),
         devices=devices,
@@ -102,8 +103,9 @@ def accompanying_files(
 def draw(spacecraft: Spacecraft, config: Configuration, component: str) -> dict[str, bytes]:
     """Return the pictures of an FMU by their path in the archive."""
     shown = Shown(structure=structure_of(config), aperture=config.aperture)
+    modes = {"plant": config.modes.plant, "controller": config.modes.design}
     return {
-        MODEL_PICTURE: model_picture(spacecraft, component, shown),
+        MODEL_PICTURE: model_picture(spacecraft, component, shown, modes.get(component)),
         "terminalsAndIcons/icon.png": icon(spacecraft, component, shown),
     }
 

@@ -71,8 +71,11 @@ EMPHASIS = {
 }
 
 
-def model_picture(spacecraft: Spacecraft, component: str, shown: Shown) -> bytes:
-    """Return model.png: the structure seen along z, devices with a legend, a scale in metres."""
+def model_picture(spacecraft: Spacecraft, component: str, shown: Shown, modes: int | None) -> bytes:
+    """Return model.png: the structure seen along z, devices with a legend, a scale in metres.
+
+    `modes` is how many the component has; None for one without.
+    """
     emphasis = EMPHASIS[component]
     with matplotlib.rc_context(_STYLE):
         figure, axes = _canvas(SIZE, shown.scale, legend=True)
@@ -81,7 +84,8 @@ def model_picture(spacecraft: Spacecraft, component: str, shown: Shown) -> bytes
         _draw_frame(axes, shown.scale)
         if emphasis.wheels:
             _number_wheels(axes, spacecraft, shown.scale)
-        axes.set_title(f"{component}: {spacecraft.wheel_count} wheels, {spacecraft.mode_count} modes", fontsize=13.0)
+        carried = "" if modes is None else f", {modes} modes"
+        axes.set_title(f"{component}: {spacecraft.wheel_count} wheels{carried}", fontsize=13.0)
         figure.legend(loc="lower center", ncols=2, frameon=False, handletextpad=0.3, columnspacing=1.5,
                       labelspacing=0.25, borderpad=0.0)  # fmt: skip
         return _png(figure)

@@ -21,6 +21,7 @@ def page(
     text: ComponentText,
     experiments: Sequence[Experiment],
     *,
+    file: str,
     model_name: str,
     configuration: str,
     devices: DeviceRows,
@@ -38,6 +39,7 @@ def page(
     table : the component's ports, in the naming of the FMU
     text : its words
     experiments : those that travel with reference results
+    file : name with which the FMU is delivered
     configuration : one sentence on the layout of the wheels
     devices : wheels and sensors in the order of the arrays' elements
     step, stop : of the default experiment [s]
@@ -58,6 +60,7 @@ def page(
         devices=devices,
         wheel_columns=WHEEL_COLUMNS,
         device_columns=DEVICE_COLUMNS,
+        file=file,
         model_name=model_name,
         version=version,
         naming=table.naming,

@@ -10,6 +10,7 @@ from matplotlib import image
 
 from flexbench.loop.systems import WIRES
 from flexsat.closed_loop import PORTS
+from flexsat.description.built_in import configuration
 from flexsat.design.chain import Designs
 from flexsat.fmu.build import SHELLS, component_resources
 from flexsat.fmu.documentation import drawing
@@ -44,6 +45,7 @@ def page_of(design, component, naming="structured"):
         table_of(design, component, naming),
         TEXTS[component],
         EXPERIMENTS[component],
+        file=f"{component}.fmu",
         model_name=f"{component}_{design.config.name}",
         configuration="A layout of wheels.",
         devices=device_rows(design),
@@ -101,13 +103,13 @@ def test_markup_in_texts_is_shown_and_not_obeyed():
     text = replace(text, equations=(Equation(formula="<i>y</i>", meaning=markup, source=markup),))
     ports = [Port(name=name, causality=name, description=markup) for name in ("input", "output", "parameter")]
     experiments = [Experiment(name=markup, description=markup, step=1.0, stop_time=1.0, record_every=1)]
-    names = dict.fromkeys(("model_name", "configuration", "version"), markup)
+    names = dict.fromkeys(("file", "model_name", "configuration", "version"), markup)
     none = DeviceRows(mass="", wheels=(), gyros=(), accelerometers=())
     root = tree_of(page(PortTable(ports), text, experiments, devices=none, step=1.0, stop=1.0, **names))
 
     assert list(root.iter("script")) == []
     shown = "".join(root.itertext())
-    assert shown.count(markup) == 2 * 2 + 3 + 3 + 2 + 3 + 2 + 1  # title, head, texts, equation, ports, experiment, file
+    assert shown.count(markup) == 2 * 2 + 3 + 3 + 2 + 3 + 2 + 3  # title, head, texts, equation, ports, experiment, file
 
 
 def test_the_page_states_which_parameters_may_change_in_a_run(centralised):
@@ -115,6 +117,16 @@ def test_the_page_states_which_parameters_may_change_in_a_run(centralised):
     assert "Real[6], tunable" in plant
     assert "Tunable parameters may be set at any time" in plant
     assert "All are fixed: set them before initialisation ends." in controller
+
+
+def test_a_picture_states_the_modes_that_its_component_has(centralised, monkeypatch):
+    titles = []
+    monkeypatch.setattr(drawing, "_png", lambda figure: titles.extend(a.get_title() for a in figure.axes) or b"")
+    for name in ("plant", "sensors", "controller"):
+        draw(centralised.spacecraft, configuration("centralised"), name)
+    assert [title for title in titles if title] == [
+        "plant: 6 wheels, 198 modes", "sensors: 6 wheels", "controller: 6 wheels, 25 modes",
+    ]  # fmt: skip
 
 
 def test_pictures_repeat_and_differ_between_components_and_layouts(centralised, distributed, component):
