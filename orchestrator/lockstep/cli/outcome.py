@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
@@ -27,6 +28,7 @@ FORMAT = 1  # of the JSON; raised when a reader of the old one would fail
 PRINTED = Path("-")  # of --json: standard output
 _KEY = "lockstep.outcome"  # of a context's `meta`
 _JSON = "lockstep.json"
+_COMMENT = "    # "  # between a command and what it does, in the line of what to do next
 _HELP = "write the printed tables and the written files as JSON; - prints it"
 
 
@@ -138,7 +140,13 @@ def reported(context: click.Context, then: str | None) -> Iterator[list[int]]:
         _write(kept.as_json(context.command_path, code, line), path, output)
     if line and on_terminal():
         output.flush()  # before the line that is about it
-        print(f"next: {line}", file=sys.stderr)
+        print(_within(f"next: {line}", shutil.get_terminal_size().columns), file=sys.stderr)
+
+
+def _within(line: str, width: int) -> str:
+    """Return a command with its comment on a line of its own where both do not fit the width."""
+    command, mark, comment = line.partition(_COMMENT)
+    return line if len(line) <= width or not mark else f"{command}\n      # {comment}"
 
 
 def on_terminal() -> bool:

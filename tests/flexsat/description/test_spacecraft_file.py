@@ -130,9 +130,7 @@ def test_wheels_of_several_kinds():
     text = TEXT.replace('[500, 500.0, "600 kg.m2"]', "[500, 500.0, 600]")
     for entry, kind in (('at = "top", axes', "small"), ('at = "bus", axes = ["+x", "-y"', "large")):
         text = text.replace(entry, entry.replace('", axes', f'", kind = "{kind}", axes'))
-    with pytest.raises(
-        SpacecraftFileError, match=r"my\.toml:14: wheel: is that of wheels without kind"
-    ):
+    with pytest.raises(SpacecraftFileError, match=r"my\.toml:14: wheel: is that of wheels without kind"):
         parse_spacecraft(text + KINDS, "my.toml")
     text = re.sub(r"\[wheel\]\n[^\[]*", "", text)
     found = parse_spacecraft(text + KINDS, "my.toml")

@@ -107,11 +107,23 @@ def test_nothing_is_written_or_suggested_after_an_error(tmp_path, capsys):
     [
         ("open {path}", None, "next: open 'results/a b/table.json'\n"),
         ("open {path}", "{program} report {system}", "next: flexsat report a.ssd\n"),
+        ("{program} run a    # fits", None, "next: flexsat run a    # fits\n"),
+        (
+            "{program} run a    # longer than the terminal",
+            None,
+            "next: flexsat run a\n      # longer than the terminal\n",
+        ),
+        (
+            "{program} run a-command-longer-than-the-terminal",
+            None,
+            "next: flexsat run a-command-longer-than-the-terminal\n",
+        ),
         ("{program} run {absent}", None, ""),
         (None, None, ""),
     ],
 )
-def test_a_suggestion_needs_all_that_it_names(capsys, then, suggestion, line):
+def test_a_suggestion_needs_all_that_it_names(monkeypatch, capsys, then, suggestion, line):
+    monkeypatch.setenv("COLUMNS", "42")
     assert made(then, suggestion)() == 0
     assert capsys.readouterr().err == line
 
