@@ -20,6 +20,7 @@ from flexsat.runtime.rotations import error_angle
 from lockstep import read_signals
 
 RECORD = ("plant.attitude.mrp", "controller.reference.mrp", "plant.wheel.speed", "plant.rms_deformation")
+MISSION = ("mission.mode", "mission.momentum", "mission.wheel.status", "mission.star_tracker.outage")  # and its events
 OFF_LOAD = """
 [[command]]
 at = {at}
@@ -116,7 +117,14 @@ def fly(name: str, flight: Flight, fmus: Path, out: Path) -> str:
     out.mkdir(parents=True, exist_ok=True)
     words = [str(fmus / flight.layout / f"{flight.system}.ssd"), "--native", "--stop-time", str(flight.stop)]
     words += ["--record-period", "0.1", "--seed", str(flight.seed), "--out", str(out / name), "--overwrite"]
-    recorded = [*RECORD, *(["mission.mode", "mission.momentum"] if "mission" in flight.system else [])]
+    recorded = [
+        *RECORD,
+        *(
+            ["mission.mode", "mission.momentum", "mission.wheel.status", "mission.star_tracker.outage"]
+            if "mission" in flight.system
+            else []
+        ),
+    ]
     words += [word for one in recorded for word in ("--record", one)]
     words += [word for one in flight.settings for word in ("--set", one)]
     for option, text in (("--mission", flight.mission), ("--faults", flight.faults)):

@@ -66,7 +66,7 @@ def compare_made() -> Callable[..., Comparison]:
                     outcomes.append(Outcome(configuration=name, scenario=scenario, seed=seed, numbers=numbers,
                                             windows=("steady part, 1 to 2 s",), lost=reason))  # fmt: skip
         errors = {seed: plan.dispersion.draw(seed) for seed in plan.seeds}
-        return Comparison(plan=plan, modes=198, errors=errors, outcomes=outcomes, wheels={})
+        return Comparison(plan=plan, modes=(198, 198), errors=errors, outcomes=outcomes, wheels={})
 
     return make
 

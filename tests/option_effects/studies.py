@@ -70,6 +70,7 @@ EFFECTS = {
     },
     "flexsat compare-layouts": JSON
     | {
+        "--configuration": _LAYOUT + "test_two_spacecraft_that_are_built_are_compared_in_the_order_given",
         "--dispersion": "flexbench/studies/layouts/test_dispersions.py::test_limits_are_given_in_percent_and_checked",
         "--stop-time": _LAYOUT + "test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs",
         "--settling-band": _LAYOUT + "test_a_slew_is_compared_while_it_lasts_and_from_its_end_on",

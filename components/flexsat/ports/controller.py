@@ -23,8 +23,14 @@ from .declared import parameter_port
 from .table import Port
 
 
-def ports(model: ControllerMatrices) -> tuple[Port, ...]:
-    """Return the ports of a controller of these sizes. Reference and estimate stand in the order of the state."""
+def ports(model: ControllerMatrices, cancels: bool = True) -> tuple[Port, ...]:
+    """Return the ports of a controller of these sizes. Reference and estimate stand in the order of the state.
+
+    Parameters
+    ----------
+    model : the design
+    cancels : whether any of the designs that can be chosen has torques against the harmonic jitter
+    """
     n, m = len(model.nominal_speed), model.modes
     g, k = model.gyros, model.accelerometers
     measured = (
@@ -34,6 +40,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
     rigid = ("gyro.rate", "star_tracker.mrp", "star_tracker.valid", "applied.wheel.torque", "applied.valid")
     commanded = ("command.rotation", "command.start_time")
     captured = ("star_tracker.mrp", "star_tracker.valid")  # a run may begin at an attitude that is only measured
+    cancelled = ("encoder.angle",) if cancels else ()  # without, only the estimate of the next step needs it
     deviation = "wheel speed less the nominal one, inertial, about its axis"
     return (
         Port(name="gyro.rate", causality="input", unit="rad/s", size=g, display_unit="deg/s",
@@ -58,7 +65,7 @@ def ports(model: ControllerMatrices) -> tuple[Port, ...]:
         Port(name="applied.valid", causality="input", kind="boolean",
              description="true if applied.wheel.torque is given; else the estimator takes its own torque for it"),
         Port(name="wheel.torque", causality="output", unit="N.m", size=n, variability="discrete",
-             depends_on=(*measured, "encoder.angle", *commanded),
+             depends_on=(*measured, *cancelled, *commanded),
              description="commanded motor torque, about the wheel's axis"),
         Port(name="reference.mrp", causality="output", unit="1", size=3, variability="discrete",
              depends_on=captured, description="reference attitude, body from inertial"),

@@ -14,7 +14,7 @@ from lockstep.cli.outcome import remark, show_table, wrote
 from lockstep.cli.parameter_types import Number, OneOf
 from lockstep.errors import InputError
 
-from .options import SCENARIOS, fmus_option, python_option, seeds, seeds_option
+from .options import SCENARIOS, fmus_option, python_option, seeds, seeds_option, spacecraft_option
 
 _EXAMPLES = """
 exit code: 0 the layouts are compared, 1 too many runs are lost to compare any, 2 bad input
@@ -22,10 +22,12 @@ exit code: 0 the layouts are compared, 1 too many runs are lost to compare any, 
 example:
   {program} compare-layouts --seeds 12
   {program} compare-layouts --scenario fine_pointing --dispersion frequency=2 --dispersion inertia=5
+  {program} compare-layouts --configuration one.toml --configuration other.toml
 """
 
 
 @command("compare-layouts", _EXAMPLES, then="open {path} in a browser", tables=True)
+@spacecraft_option
 @click.option("--scenario", type=OneOf(SCENARIOS[:2]), multiple=True, metavar="NAME",
               help="slew or fine_pointing (default: both)")  # fmt: skip
 @click.option("--dispersion", multiple=True, metavar="WHAT=PERCENT",
@@ -40,6 +42,7 @@ example:
 @python_option
 @jobs_option
 def compare_layouts(
+    configuration: tuple[str, ...],
     scenario: tuple[str, ...],
     dispersion: tuple[str, ...],
     seed_count: int,
@@ -51,13 +54,12 @@ def compare_layouts(
     python: bool,
     jobs: int | None,
 ) -> int:
-    """Compare centralised and distributed wheels under the same errors of the structure, with confidence intervals."""
-    from flexsat.description.built_in import CONFIGURATIONS
+    """Compare centralised with distributed wheels, or two spacecraft, over the same model errors, with intervals."""
     from flexsat.parameters import ARCSECOND
 
     from ..figures.drawing import save_figure
     from ..figures.layouts import layouts_figure
-    from ..loop.build import build_all
+    from ..loop.chosen_spacecraft import build_missing, choose
     from ..report import write_report
     from ..runs.study_folder import study_folder
     from ..studies.layouts import tables
@@ -65,25 +67,29 @@ def compare_layouts(
     from ..studies.layouts.plan import COMPARED, Plan
     from ..studies.layouts.study import run_layouts
 
+    chosen = choose(configuration, fmus)
+    if len(chosen) != 2 or len({one.root for one in chosen}) != 1:
+        raise InputError(
+            f"--configuration {' '.join(one.name for one in chosen)}: give two spacecraft with FMUs in one folder, each"
+            " with --configuration; `flexsat campaign` simulates any number of systems"
+        )
     plan = Plan(
+        layouts=tuple(one.name for one in chosen),
         seeds=seeds(seed_count),
         dispersion=dispersion_of(percentages(dispersion)),
         duration={name: stop_time for name in COMPARED if name in (scenario or COMPARED)},
         band=None if settling_band is None else settling_band * ARCSECOND,
         overrides=assignments(settings),
     )
-    missing = tuple(
-        name for name in CONFIGURATIONS if not all((fmus / name / f"{one}.ssd").is_file() for one in plan.duration)
-    )
-    if missing:
-        build_all(missing, fmus)
+    for one in plan.duration:
+        build_missing(chosen, one)
     with study_folder(out, "layouts") as folder:
-        found = run_layouts(fmus, folder, plan, jobs, partial(print, flush=True), python)
+        found = run_layouts(chosen[0].root, folder, plan, jobs, partial(print, flush=True), python)
         rows = tables.compare(found)
-        show_table(tables.HEADER, [tables.cells(row) for row in rows])
+        show_table(tables.header(found), [tables.cells(row) for row in rows])
         remark(*map(tables.verdict, rows))
         if wheels := tables.wheel_rows(found):
-            show_table(tables.WHEELS_HEADER, wheels)
+            show_table(tables.wheels_header(found), wheels)
         remark(*tables.answer(found, rows), *tables.notes(found))
         save_figure(layouts_figure(found, rows), folder / "figures", "layouts")
         wrote(*write_report([folder], folder / "report.html"))

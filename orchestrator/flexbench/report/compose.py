@@ -11,7 +11,7 @@ from lockstep import InputError
 
 from .figure_images import drawn_images, fitted_images, stored_images
 from .headline import headline_blocks
-from .layouts_page import TITLE, layouts_blocks
+from .layouts_page import layouts_blocks, layouts_title
 from .loop_blocks import loop_blocks, loop_numbers_of
 from .paper_figures import paper_figures
 from .results import Result, Unread
@@ -102,7 +102,7 @@ def _sections(runs: Sequence[RunData], studies: Sequence[Path], unread: Sequence
         yield PageSection(anchor="summary", title="Summary", blocks=[*records, *missing])
     for study in studies:
         if compared := layouts_blocks(study):
-            yield PageSection(anchor="layouts", title=TITLE, blocks=compared)
+            yield PageSection(anchor="layouts", title=layouts_title(study), blocks=compared)
         else:
             yield PageSection(anchor="study", title="Published and flown", blocks=study_table(study))
     margins = [block for study in studies for block in margin_blocks(study)]

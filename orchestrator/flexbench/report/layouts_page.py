@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from flexbench.html.document import Block, Heading, Paragraph, Table
 from flexbench.studies.layouts.result_file import read_result
 
-TITLE = "Does distributing the wheels pay?"
+
+def layouts_title(folder: Path) -> str:
+    """Return the question that a comparison answers; of a folder without one nothing."""
+    content = read_result(folder)
+    return "" if content is None else _question(content["answer"])
+
+
+def _question(answer: Sequence[str]) -> str:
+    asked, mark, _ = answer[0].partition("?")
+    return asked + mark
 
 
 def layouts_blocks(folder: Path) -> list[Block]:
@@ -16,7 +26,7 @@ def layouts_blocks(folder: Path) -> list[Block]:
     if content is None:
         return []
     table, wheels = content["table"], content["wheels"]
-    blocks: list[Block] = [Paragraph(" ".join(content["answer"]).removeprefix(f"{TITLE} "))]
+    blocks: list[Block] = [Paragraph(" ".join(content["answer"]).removeprefix(_question(content["answer"])).strip())]
     blocks.append(Table(table["header"], table["rows"], code=frozenset()))
     blocks += [Heading(3, "Verdicts"), *(Paragraph(text) for text in content["verdicts"])]
     if wheels["rows"]:

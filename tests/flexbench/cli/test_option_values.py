@@ -133,7 +133,7 @@ CALLS = {
     "compare-layouts": (
         ("compare-layouts",),
         "flexbench.studies.layouts.study:run_layouts",
-        ("flexbench.loop.build:build_all",),
+        ("flexbench.loop.chosen_spacecraft:build_missing",),
         {
             "--scenario": (("slew",), "duration={'slew': 200.0}"),
             "--dispersion": (("inertia=5",), "Dispersion(frequency=0.05, damping=0.5, inertia=0.05)"),

@@ -10,6 +10,7 @@ from ...ports.table import Port
 from ...runtime import controller
 from ...runtime.controller_parameters import ControllerMatrices
 from ...runtime.periods import whole_multiple
+from ...variants import PUBLISHED
 from .life_cycle import ComponentSlave
 from .load_matrices import MODEL_FILE, load_matrices
 
@@ -25,7 +26,10 @@ class Controller(ComponentSlave):
         """Return the ports; their sizes are those of the design in the resources."""
         design = load_matrices(self.resource(MODEL_FILE), ControllerMatrices)
         self.preferred_step = design.period
-        return interface.ports(design)
+        if design.jitter_torque.any():
+            return interface.ports(design)
+        other = load_matrices(self.resource(MODEL_FILE), ControllerMatrices, PUBLISHED)
+        return interface.ports(design, cancels=bool(other.jitter_torque.any()))
 
     def start(self) -> None:
         """Sample the design for the parameters, and plan the slew."""

@@ -31,6 +31,7 @@ class Plan:
     band: float | None = None  # rad, of settling; None: 5 arcsec
     slew: Slew | None = None  # None: the paper's
     overrides: Mapping[str, Any] = field(default_factory=dict)  # for both layouts
+    layouts: tuple[ConfigurationName, ...] = CONFIGURATIONS  # two: the second with the first
 
     def __post_init__(self) -> None:
         if len(self.seeds) < 2:
@@ -41,8 +42,8 @@ class Plan:
 
     def estimate(self, processes: int, native: bool = False) -> str:
         """Return how long the runs take, in words."""
-        runs = len(CONFIGURATIONS) * len(self.seeds) * len(self.duration)
-        simulated = len(CONFIGURATIONS) * len(self.seeds) * sum(self.duration.values())
+        runs = len(self.layouts) * len(self.seeds) * len(self.duration)
+        simulated = len(self.layouts) * len(self.seeds) * sum(self.duration.values())
         speed = NATIVE_SPEED if native else SPEED
         minutes = simulated / speed / min(processes, runs) / 60.0
         return (
@@ -56,7 +57,7 @@ class Comparison:
     """All numbers of the study."""
 
     plan: Plan
-    modes: int  # of the plant
+    modes: tuple[int, ...]  # of the plant of each layout
     errors: Mapping[int, Errors]  # of the structure, by seed: the same for all layouts
     outcomes: Sequence[Outcome]
     wheels: Mapping[ConfigurationName, Wheels]

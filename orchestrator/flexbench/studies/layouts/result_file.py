@@ -16,7 +16,7 @@ from ...runs.json_file import read_table, write_json
 from .outcome import QUANTITIES
 from .plan import Comparison
 from .statistics import Estimate
-from .tables import HEADER, WHEELS_HEADER, Row, answer, cells, compare, notes, verdict, wheel_rows
+from .tables import Row, answer, cells, compare, header, notes, verdict, wheel_rows, wheels_header
 
 RESULT = "layouts.json"
 _TABLE = {"header": ["text"], "rows": [["text"]]}
@@ -42,9 +42,9 @@ def write_result(comparison: Comparison, folder: Path) -> list[Path]:
 
 def as_text(comparison: Comparison, rows: Sequence[Row]) -> str:
     """Return everything for a terminal."""
-    parts = [format_table(HEADER, [cells(row) for row in rows]), "\n".join(map(verdict, rows))]
+    parts = [format_table(header(comparison), [cells(row) for row in rows]), "\n".join(map(verdict, rows))]
     if wheels := wheel_rows(comparison):
-        parts.append(format_table(WHEELS_HEADER, wheels))
+        parts.append(format_table(wheels_header(comparison), wheels))
     return "\n\n".join([*parts, "\n".join(answer(comparison, rows)), "\n".join(notes(comparison))]) + "\n"
 
 
@@ -78,7 +78,8 @@ def as_json(comparison: Comparison, rows: Sequence[Row]) -> dict[str, Any]:
         "seeds": list(plan.seeds),
         "duration": dict(plan.duration),
         "dispersion": asdict(plan.dispersion),
-        "modes": comparison.modes,
+        "layouts": list(plan.layouts),
+        "modes": dict(zip(plan.layouts, comparison.modes, strict=True)),
         "fmus": comparison.fmus,
         "overrides": {name: str(value) for name, value in plan.overrides.items()},
         "errors": {str(seed): asdict(errors) for seed, errors in comparison.errors.items()},
@@ -93,9 +94,9 @@ def as_json(comparison: Comparison, rows: Sequence[Row]) -> dict[str, Any]:
             }
             for row in rows
         ],
-        "table": {"header": list(HEADER), "rows": [list(cells(row)) for row in rows]},
+        "table": {"header": list(header(comparison)), "rows": [list(cells(row)) for row in rows]},
         "verdicts": [verdict(row) for row in rows],
-        "wheels": {"header": list(WHEELS_HEADER), "rows": [list(row) for row in wheel_rows(comparison)]},
+        "wheels": {"header": list(wheels_header(comparison)), "rows": [list(row) for row in wheel_rows(comparison)]},
         "answer": answer(comparison, rows),
         "notes": notes(comparison),
         "shown": [

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from flexsat.description.built_in import CONFIGURATIONS, configuration
-from flexsat.parameters import ConfigurationName
+from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName
 from lockstep import InputError, load_system
 from lockstep.operating_system import available_cores
 from lockstep.plan.plan import Plan as RunPlan
@@ -15,6 +14,7 @@ from ...engine.jobs import Job, run_jobs
 from ...loop.feasibility import needs_of
 from ...loop.fmu_choice import Report, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
+from ...loop.spacecraft import spacecraft_of
 from ...runs.loop_monitor import NEEDED
 from .outcome import measure
 from .plan import Comparison, Plan
@@ -37,7 +37,7 @@ def plan_jobs(
     for seed in plan.seeds:
         errors = plan.dispersion.draw(seed)
         for scenario, duration in plan.duration.items():
-            for name in CONFIGURATIONS:
+            for name in plan.layouts:
                 parameters = scenario_parameters(scenario, seed=seed, slew=plan.slew)
                 parameters["plant"] |= errors.parameters()
                 jobs[name, scenario, seed] = Job(
@@ -75,24 +75,27 @@ def run_layouts(
     InputError
         If a slew cannot be carried out, or its run ends too early after it.
     """
-    systems = [load_system(fmus / name / f"{one}.ssd") for name in CONFIGURATIONS for one in plan.duration]
+    systems = [load_system(fmus / name / f"{one}.ssd") for name in plan.layouts for one in plan.duration]
     chosen = choose_fmus(systems, python)  # of one kind for all layouts
     jobs = plan_jobs(fmus, folder, plan, chosen.native)
     needs: list[str] = []  # what is printed follows what is refused
-    for name in CONFIGURATIONS:
+    for name in plan.layouts:
         for scenario in plan.duration:
             check_slew(jobs[name, scenario, plan.seeds[0]], f"{name}: ", needs.append)
     for line in (chosen.text, plan.estimate(processes or len(available_cores()), chosen.native), *needs):
         report(line)
     finished = run_jobs(list(jobs.values()), processes, keep_failed=True)
     outcomes = [measure(done, *key, plan.band) for key, done in zip(jobs, finished, strict=True)]
+    described = {
+        name: spacecraft_of(name, fmus / name / "plant.fmu").configurations[DEFAULT_DESIGN] for name in plan.layouts
+    }
     wheels = {}
     for (name, _, _), done in zip(jobs, finished, strict=True):
         if name not in wheels and not done.failure:
-            wheels[name] = wheels_of(name, done.job.folder)
+            wheels[name] = wheels_of(described[name].wheel_set, done.job.folder)
     result = Comparison(
         plan=plan,
-        modes=configuration(CONFIGURATIONS[0]).modes.plant,
+        modes=tuple(one.modes.plant for one in described.values()),
         errors={seed: plan.dispersion.draw(seed) for seed in plan.seeds},
         outcomes=outcomes,
         wheels=wheels,

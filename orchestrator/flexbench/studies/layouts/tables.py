@@ -16,11 +16,9 @@ from .plan import Comparison
 from .statistics import CONFIDENCE, Estimate, difference, mean, ratio
 from .wheels import ROWS
 
-FIRST, SECOND = CONFIGURATIONS  # what is compared: the second with the first
 DESIGN = "controller.design"
+QUESTION = "Does distributing the wheels pay?"  # of the paper's layouts
 PERCENT = f"{100.0 * CONFIDENCE:g} %"
-HEADER = ("quantity", "unit", *CONFIGURATIONS, f"{SECOND} / {FIRST}", "pairs")
-WHEELS_HEADER = ("wheels", "unit", *CONFIGURATIONS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +26,7 @@ class Row:
     """One quantity of both layouts, in SI."""
 
     quantity: Quantity
+    layouts: Sequence[ConfigurationName]  # two: the second is compared with the first
     means: Mapping[ConfigurationName, Estimate | None]  # of the runs that are not lost; None: of none
     unsettled: Mapping[ConfigurationName, int]  # runs without a value
     contrast: Estimate | None  # of pairs in which both have a value; None for none
@@ -39,12 +38,29 @@ class Row:
         same = 1.0 if self.is_ratio else 0.0
         if self.contrast is None or not self.contrast.excludes(same):
             return None
-        return SECOND if self.contrast.value < same else FIRST
+        first, second = self.layouts
+        return second if self.contrast.value < same else first
+
+
+def header(comparison: Comparison) -> tuple[str, ...]:
+    """Return the titles of the columns of `cells`."""
+    first, second = comparison.plan.layouts
+    return ("quantity", "unit", first, second, f"{second} / {first}", "pairs")
+
+
+def wheels_header(comparison: Comparison) -> tuple[str, ...]:
+    """Return the titles of the columns of `wheel_rows`."""
+    return ("wheels", "unit", *comparison.plan.layouts)
+
+
+def having(name: ConfigurationName) -> str:
+    """Return a layout as it stands after `with`: of the paper's, with its wheels."""
+    return f"{name} wheels" if name in CONFIGURATIONS else name
 
 
 def compare(comparison: Comparison) -> list[Row]:
     """Return a row for each quantity that was simulated. Lost runs are in no number."""
-    rows = []
+    rows, layouts = [], comparison.plan.layouts
     for quantity in QUANTITIES:
         if quantity.scenario not in comparison.plan.duration:
             continue
@@ -54,17 +70,18 @@ def compare(comparison: Comparison) -> list[Row]:
                 for seed, one in comparison.of(name, quantity.scenario).items()
                 if not one.lost
             }
-            for name in CONFIGURATIONS
+            for name in layouts
         }
         values = {name: {s: v for s, v in of.items() if v is not None} for name, of in kept.items()}
-        pairs = [seed for seed in values[FIRST] if seed in values[SECOND]]
-        first, second = (np.array([values[name][seed] for seed in pairs]) for name in CONFIGURATIONS)
+        pairs = [seed for seed in values[layouts[0]] if seed in values[layouts[1]]]
+        first, second = (np.array([values[name][seed] for seed in pairs]) for name in layouts)
         is_ratio = quantity.compared == "ratio" and bool(np.all(first > 0.0) and np.all(second > 0.0))
         rows.append(
             Row(
                 quantity=quantity,
+                layouts=layouts,
                 means={name: mean(list(of.values())) if of else None for name, of in values.items()},
-                unsettled={name: len(kept[name]) - len(values[name]) for name in CONFIGURATIONS},
+                unsettled={name: len(kept[name]) - len(values[name]) for name in layouts},
                 contrast=(ratio if is_ratio else difference)(first, second) if pairs else None,
                 is_ratio=is_ratio,
             )
@@ -73,9 +90,9 @@ def compare(comparison: Comparison) -> list[Row]:
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """Return the texts of a row, `HEADER` its columns."""
+    """Return the texts of a row, `header` its columns."""
     scale = row.quantity.scale
-    means = [_text(row.means[name], scale) for name in CONFIGURATIONS]
+    means = [_text(row.means[name], scale) for name in row.layouts]
     contrast = _text(row.contrast, 1.0 if row.is_ratio else scale)
     if not row.is_ratio and row.contrast is not None:
         contrast += f" {row.quantity.unit}, difference"
@@ -94,8 +111,9 @@ def verdict(row: Row) -> str:
         return f"{label}: one pair of runs shows no scatter, so nothing about others."
     if row.better is None:
         return f"{label}: no difference shown ({_contrast(row)})."
-    word = "lower" if row.better == SECOND else "higher"
-    return f"{label}: {word} with {SECOND} wheels, {_how_much(row)}."
+    second = row.layouts[1]
+    word = "lower" if row.better == second else "higher"
+    return f"{label}: {word} with {having(second)}, {_how_much(row)}."
 
 
 def _how_much(row: Row) -> str:
@@ -114,26 +132,30 @@ def _how_much(row: Row) -> str:
 def _contrast(row: Row) -> str:
     assert row.contrast is not None
     value, low, high = row.contrast.value, row.contrast.low, row.contrast.high
+    first, second = row.layouts
     if row.is_ratio:
-        return f"{SECOND} / {FIRST} {value:.3g}, {PERCENT}: {low:.3g} to {high:.3g}"
+        return f"{second} / {first} {value:.3g}, {PERCENT}: {low:.3g} to {high:.3g}"
     scale, unit = row.quantity.scale, row.quantity.unit
     if value == low == high == 0.0:
         return "equal in every pair"
-    return f"{SECOND} less {FIRST} {value / scale:+.3g} {unit}, {PERCENT}: {low / scale:+.3g} to {high / scale:+.3g}"
+    return f"{second} less {first} {value / scale:+.3g} {unit}, {PERCENT}: {low / scale:+.3g} to {high / scale:+.3g}"
 
 
 def answer(comparison: Comparison, rows: Sequence[Row]) -> list[str]:
     """Return the answer in a few sentences: what distributing the wheels lowers, raises, and leaves; and its cost."""
-    groups: dict[ConfigurationName | None, list[str]] = {SECOND: [], FIRST: [], None: []}
+    first, second = comparison.plan.layouts
+    paper = comparison.plan.layouts == CONFIGURATIONS
+    groups: dict[ConfigurationName | None, list[str]] = {second: [], first: [], None: []}
     for row in rows:
         if row.contrast is not None and not np.isnan(row.contrast.low):
             how = "" if row.better is None else f" {_how_much(row)}"
             groups[row.better].append(f"the {row.quantity.label}{how}")
-    lower, higher, open_ = (groups[name] for name in (SECOND, FIRST, None))
-    sentences = [f"Does distributing the wheels pay? {_lead(lower, higher, open_)}"]
+    lower, higher, open_ = (groups[name] for name in (second, first, None))
+    question = QUESTION if paper else f"Is {second} better than {first}?"
+    sentences = [f"{question} {_lead(lower, higher, open_)}"]
     for texts, begin in (
-        (lower, "Distributing lowers"),
-        (higher, "It raises"),
+        (lower, "Distributing lowers" if paper else f"With {second} these are lower:"),
+        (higher, "It raises" if paper else "These are higher:"),
         (open_, "No difference is shown in"),
     ):
         if texts:
@@ -173,23 +195,25 @@ def lost_text(comparison: Comparison) -> str:
 
 def cost_text(comparison: Comparison) -> str:
     """Return what distributing costs in wheels."""
-    if len(comparison.wheels) < len(CONFIGURATIONS):
+    layouts = comparison.plan.layouts
+    if len(comparison.wheels) < len(layouts):
         return "Every run of a layout was lost: its wheels are not compared."
-    one, many = (comparison.wheels[name] for name in CONFIGURATIONS)
+    one, many = (comparison.wheels[name] for name in layouts)
     return (
         f"What it costs: {many.count} wheels in place of {one.count}, with {many.inertia:.3g} kg.m2 in all against"
-        f" {one.inertia:.3g} and {many.momentum:.3g} N.m.s stored at nominal speed against {one.momentum:.3g}. The"
-        " paper takes both sets as equally heavy; rotors of one shape and material would weigh"
+        f" {one.inertia:.3g} and {many.momentum:.3g} N.m.s stored at nominal speed against {one.momentum:.3g}."
+        f" {'The paper takes both sets as equally heavy; r' if layouts == CONFIGURATIONS else 'R'}otors of one shape"
+        " and material would weigh"
         f" {many.weight / one.weight:.2g} times as much."
     )
 
 
 def wheel_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return what the wheels are, `WHEELS_HEADER` the columns."""
+    """Return what the wheels are, `wheels_header` the columns."""
     return [
-        (title, unit, *(f"{getattr(comparison.wheels[name], key) / scale:.3g}" for name in CONFIGURATIONS))
+        (title, unit, *(f"{getattr(comparison.wheels[name], key) / scale:.3g}" for name in comparison.plan.layouts))
         for title, unit, key, scale in ROWS
-        if len(comparison.wheels) == len(CONFIGURATIONS)
+        if len(comparison.wheels) == len(comparison.plan.layouts)
     ]
 
 
@@ -201,17 +225,18 @@ def notes(comparison: Comparison) -> list[str]:
     for one in comparison.outcomes:
         if one.windows:
             windows.setdefault(one.scenario, "; ".join(one.windows))
+    modes = " and ".join(dict.fromkeys(map(str, comparison.modes)))
     design = plan.overrides.get(DESIGN, DEFAULT_DESIGN)
     changed = "".join(f", {name} = {value}" for name, value in plan.overrides.items() if name != DESIGN)
     found = [
-        f"Seeds {seeds}; each layout with its {design} design on a plant of {comparison.modes}"
+        f"Seeds {seeds}; each layout with its {design} design on a plant of {modes}"
         f" modes{changed}. Both layouts of a seed have the same errors of the structure, drawn evenly:"
         f" {plan.dispersion.text()};"
         " with less inertia the modes carry less of it. Sensors, jitter and initial attitude have the seed too."
     ]
     found += [
         f"{scenario.replace('_', ' ').capitalize()}: runs of {plan.duration[scenario]:g} s; windows of seed"
-        f" {plan.seeds[0]}, {FIRST}: {windows.get(scenario, 'none, as all are lost')}"
+        f" {plan.seeds[0]}, {plan.layouts[0]}: {windows.get(scenario, 'none, as all are lost')}"
         + (f"; settled within {(plan.band or COARSE_BAND) / ARCSECOND:g} arcsec; without wheel jitter, with the coarse"
            " star tracker." if scenario == "slew" else
            "; with wheel jitter and the fine guidance sensor.")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexsat.description.built_in import configuration
-from flexsat.parameters import RPM, ConfigurationName
+from flexsat.description.wheel_set import WheelSet
+from flexsat.parameters import RPM
 
 from ...runs.flown_design import read_flown
 
@@ -19,7 +19,7 @@ class Wheels:
 
     count: int
     inertia: float  # kg.m2, of all about their own axes
-    torque: float  # N.m, limit of one
+    torque: float  # N.m, limit of the strongest
     turning: float  # N.m, limit of all about body x
     momentum: float  # N.m.s, sum of the magnitudes
     energy: float  # J, of their spin
@@ -29,21 +29,21 @@ class Wheels:
     imbalance: float  # N, root of the sum of the squares of the lateral forces' amplitudes
 
 
-def wheels_of(name: ConfigurationName, folder: Path) -> Wheels:
+def wheels_of(wheels: WheelSet, folder: Path) -> Wheels:
     """Return the wheels of a run of a layout."""
-    design, wheel = read_flown(folder), configuration(name).wheel
+    design = read_flown(folder)
     speed = np.abs(design.nominal_speed)
     return Wheels(
         count=design.wheels,
-        inertia=wheel.inertia * design.wheels,
-        torque=wheel.torque_limit,
-        turning=float(wheel.torque_limit * np.abs(design.wheel_axis[:, 0]).sum()),
-        momentum=float(wheel.inertia * speed.sum()),
-        energy=float(0.5 * wheel.inertia * np.sum(speed**2)),
+        inertia=float(wheels.inertia.sum()),
+        torque=float(wheels.torque_limit.max()),
+        turning=float(np.sum(wheels.torque_limit * np.abs(design.wheel_axis[:, 0]))),
+        momentum=float(np.sum(wheels.inertia * speed)),
+        energy=float(0.5 * np.sum(wheels.inertia * speed**2)),
         slowest=float(speed.min()),
         fastest=float(speed.max()),
-        weight=design.wheels * wheel.inertia**0.6,
-        imbalance=float(wheel.imbalance_force * np.sqrt(np.sum(speed**4))),
+        weight=float(np.sum(wheels.inertia**0.6)),
+        imbalance=float(np.sqrt(np.sum((wheels.imbalance_force * speed**2) ** 2))),
     )
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from pathlib import Path
 
 import pytest
 
@@ -20,6 +21,7 @@ from flexsat.parameters import ALL_MODES, ARCSECOND, Slew
 from lockstep import InputError, read_signals
 from lockstep.results.read_run_record import read_run_record
 
+ROOT = Path(__file__).parents[4]
 SEEDS = (1, 2)
 SHORT = Plan(seeds=SEEDS, duration={"fine_pointing": 0.5})
 ANGLE = 5e-6  # rad: a slew of 0.8 s
@@ -150,3 +152,30 @@ def test_a_limit_cycle_is_lost_and_named(delivered, tmp_path):
     assert found.lost.startswith("torque saturation: ")
     assert "limit cycle: once at " in found.lost
     assert "no divergence" not in found.lost
+
+
+def test_two_spacecraft_that_are_built_are_compared_in_the_order_given(tmp_path, monkeypatch):
+    text = (ROOT / "examples" / "spacecraft" / "four_wheels.toml").read_text(encoding="utf-8")
+    for name in ("small", "large"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "spacecraft.toml").write_text(text.replace('"four_wheels"', f'"{name}"'), encoding="utf-8")
+        (tmp_path / name / "fine_pointing.ssd").touch()
+    plans = []
+
+    def noted(fmus, _folder, plan, *_):
+        plans.append((fmus, plan.layouts))
+        raise InputError("noted")
+
+    monkeypatch.setattr(study, "run_layouts", noted)
+    words = ["compare-layouts", "--fmus", str(tmp_path), "--scenario", "fine_pointing", "--out", str(tmp_path / "out")]
+    assert main([*words, "--configuration", "small", "--configuration", "large"]) == 2
+    assert plans == [(tmp_path, ("small", "large"))]
+
+
+def test_one_spacecraft_is_refused_with_what_to_do(tmp_path, capsys):
+    assert main(["compare-layouts", "--configuration", "centralised", "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err == (
+        "flexsat: --configuration centralised: give two spacecraft with FMUs in one folder, each with --configuration;"
+        " `flexsat campaign` simulates any number of systems\n"
+    )
+    assert not (tmp_path / "out").exists()

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,19 @@ from flexbench.engine.jobs import Finished, Job
 from flexbench.runs.windows import Window
 from flexbench.studies.layouts.outcome import QUANTITIES, growing, lost_by, measure
 from flexbench.studies.layouts.result_file import as_csv, as_json, as_text
-from flexbench.studies.layouts.tables import answer, compare, cost_text, lost_text, verdict
+from flexbench.studies.layouts.tables import (
+    answer,
+    cells,
+    compare,
+    cost_text,
+    header,
+    lost_text,
+    notes,
+    verdict,
+    wheels_header,
+)
 from flexbench.studies.layouts.wheels import Wheels
+from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ARCSECOND
 from lockstep import Signals
 
@@ -121,6 +133,24 @@ def test_the_answer_sorts_the_quantities(compare_made):
     )
     worse = compare_made(VALUES, 2.0)
     assert answer(worse, compare(worse))[0].endswith("Not in any of the 9 quantities compared.")
+
+
+def test_two_spacecraft_of_ones_own_are_compared_by_their_names(compare_made):
+    """The same numbers as of the paper's layouts, under other names."""
+    made = compare_made(VALUES, 0.5)
+    names = dict(zip(CONFIGURATIONS, ("small", "large"), strict=True))
+    outcomes = [replace(one, configuration=names[one.configuration]) for one in made.outcomes]
+    other = replace(made, plan=replace(made.plan, layouts=("small", "large")), outcomes=outcomes, modes=(7, 9))
+    rows = compare(other)
+    assert header(other) == ("quantity", "unit", "small", "large", "large / small", "pairs")
+    assert wheels_header(other) == ("wheels", "unit", "small", "large")
+    assert [cells(row) for row in rows] == [cells(row) for row in compare(made)]
+    assert verdict(rows[0]) == "pointing error in fine pointing: lower with large, by a factor of 2 (95 %: 2 to 2)."
+    first, second, *_ = answer(other, rows)
+    assert first == "Is large better than small? In 9 of 9 quantities; in none is it shown to be worse."
+    assert second.startswith("With large these are lower: the pointing error in fine pointing by a factor of 2 (")
+    assert "on a plant of 7 and 9 modes" in notes(other)[0]
+    assert as_json(other, rows)["shown"][0].startswith("small-")
 
 
 def test_the_cost_is_in_wheels_momentum_and_weight(compare_made):
