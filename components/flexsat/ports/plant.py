@@ -118,7 +118,7 @@ def ports(model: PlantMatrices) -> tuple[Port, ...]:
              minimum=-1.0, maximum=1.0,
              description="relative error of the principal inertias"),
         Port(name="gyroscopics", causality="parameter", kind="boolean", start=True,
-             description="false leaves out the gyroscopic torques of the wheels, to tell what they contribute"),
+             description="false leaves out the gyroscopic torques of the wheels, to show what they contribute"),
         Port(name="wheel.friction_torque", causality="parameter", unit="N.m", size=n, minimum=0.0, maximum=1e6,
              variability="tunable", start=tuple(model.friction_torque.tolist()),
              description="dry friction of the bearing: brakes the wheel against its mount, then holds it; 0: none"),
