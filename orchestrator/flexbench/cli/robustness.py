@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -12,7 +13,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
-from lockstep.cli.outcome import remark, show_table, wrote
+from lockstep.cli.outcome import remark, show_table, suggest, wrote
 from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
 from lockstep.errors import InputError
 
@@ -41,7 +42,7 @@ example:
 @command(
     "robustness",
     _EXAMPLES,
-    then="{program} margins {fmus}/distributed/fine_pointing.ssd    # the margins of the loop",
+    then="{program} margins SYSTEM    # the margins of the loop",
     tables=True,
 )
 @spacecraft_option
@@ -122,8 +123,15 @@ def robustness(
         )
     show_table(errors.HEADER, errors.table_rows(outcomes))
     unstable = sum(not outcome.stable for outcome in outcomes)
-    remark(f"{unstable} of {len(outcomes)} runs unstable; worst of seeds {numbers[0]} to {numbers[-1]} in each row")
+    of_seeds = (
+        f"seed {numbers[0]}" if len(numbers) == 1 else f"worst of seeds {numbers[0]} to {numbers[-1]} in each row"
+    )
+    remark(f"{unstable} of {len(outcomes)} runs unstable; {of_seeds}")
     wrote(folder)
+    last = spacecraft[-1]
+    suggest(
+        f"{{program}} margins {shlex.quote(str(last.root / last.name))}/{scenario}.ssd    # the margins of the loop"
+    )
     if unstable:
         print("flexsat: the loop is not robust to these errors of the plant", file=sys.stderr)
     return 1 if unstable else 0

@@ -4,7 +4,7 @@ import io
 import re
 import sys
 
-from lockstep.cli.print_table import parts, print_table
+from lockstep.cli.print_table import parts, print_table, widths
 from lockstep.plain_table import plain_lines
 
 HEADER = ("loop", "gain", "phase", "delay", "what is left out of it")
@@ -56,3 +56,21 @@ def test_columns_without_room_follow_in_another_table_with_the_first_column():
     assert parts(table, 80) == [[0, 1, 2], [0, 3]]
     assert parts(table, 200) == [[0, 1, 2, 3]]
     assert parts(table, 10) == [[0, 1], [0, 2], [0, 3]]
+
+
+def test_as_many_columns_are_repeated_as_distinguish_the_rows():
+    table = [("layout", "error", "a" * 30, "b" * 30, "c" * 20), ("one", "x", *"pqr"), ("one", "y", *"pqr")]
+    assert parts(table, 80) == [[0, 1, 2], [0, 1, 3, 4]]
+    assert parts([*table, table[1]], 80) == [[0, 1, 2], [0, 3, 4]]  # no columns do
+    assert parts(table, 40) == [[0, 1], [0, 2], [0, 3], [0, 4]]  # no room for both
+
+
+def test_columns_have_the_width_of_a_word_at_least_and_fit_together():
+    """Texts of a table of `flexsat robustness`, which rich alone made 81 wide."""
+    header = ("configuration", "error", "runs", "unstable", "torque [N.m]", "pointing error [arcsec]")
+    table = [header, ("centralised", "frequency random, 1 %", "1", "0", "0.0185", "0.146")]
+    found = widths(table, range(6), 80)
+    assert sum(found) + 3 * 6 + 1 == 80
+    assert all(width >= max(map(len, name.split())) for width, name in zip(found, header, strict=True))
+    assert widths(table, range(6), 200) == [13, 21, 4, 8, 12, 23]
+    assert widths(table, [0], 5) == [13]
