@@ -21,12 +21,13 @@ from ..engine.dispatch import dispatch
 from ..engine.fingerprint import code, fingerprint
 from ..engine.pools import LocalPool, Pool, settings_of
 from ..engine.tasks import Outcome, Settings, Task
+from ..loop.fmu_choice import PrintLine
 from ..runs.json_file import read_json, write_json
 from .campaign_file import read_campaign
 from .flight import Flown, fly, unpack
 from .histories import Histories, percentiles, unpacked
 from .journal import Journals, entries
-from .orders import Orders, Report, prepare
+from .orders import Orders, prepare
 from .progress import Counter, shown
 from .result_file import ABOUT, BANDS, TIMINGS, Results, Row, results_of, write_results, write_table
 
@@ -50,7 +51,7 @@ def run_campaign(
     path: Path,
     folder: Path,
     make_pool: MakePool = LocalPool,
-    report: Report = print,
+    report: PrintLine = print,
     until: Until | None = None,
 ) -> Done:
     """Run all runs of a campaign file that the folder does not hold yet, and write its results.

@@ -6,7 +6,7 @@ import csv
 import io
 import pickle
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,14 +20,13 @@ from lockstep.system.system import System
 
 from ..engine.content import File, put
 from ..engine.fingerprint import files_of, of_system
-from ..loop.fmu_choice import choose_fmus
+from ..loop.fmu_choice import PrintLine, choose_fmus
 from .campaign_file import Campaign, Input, is_spacecraft
 from .distributions import Value
 from .order import Order, Wanted, moved_files, with_delays
 from .sampling import Case, draw
 from .signal_units import check_signal_units
 
-Report = Callable[[str], None]
 DRAWN = "drawn"  # name of the systems of a campaign whose cases draw one each
 _TICKS = "FROM:TO, for example sensors:controller"
 
@@ -103,7 +102,7 @@ class Orders:
         return self.systems[str(self.cases[case - 1][drawn])]
 
 
-def prepare(campaign: Campaign, folder: Path, report: Report) -> Orders:
+def prepare(campaign: Campaign, folder: Path, report: PrintLine) -> Orders:
     """Draw all cases, load the systems, and copy their files to the store in a folder.
 
     Raises

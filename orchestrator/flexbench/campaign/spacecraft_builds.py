@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +16,17 @@ from lockstep.data_text import parse_toml
 from lockstep.errors import InputError
 from lockstep.results.run_record import to_toml
 
+from ..loop.fmu_choice import PrintLine
 from ..loop.spacecraft import check_built_in_names, read_file
 from .campaign_file import Campaign, Input, is_spacecraft
 from .distributions import Value
 from .sampling import Case
 
-Report = Callable[[str], None]
 _FIELD = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*|\[[1-9]\d*\])*")
 
 
 def build_spacecraft(
-    campaign: Campaign, cases: Sequence[Case], paths: Mapping[str, Path], folder: Path, report: Report
+    campaign: Campaign, cases: Sequence[Case], paths: Mapping[str, Path], folder: Path, report: PrintLine
 ) -> tuple[Sequence[Mapping[str, str]], dict[str, Path]]:
     """Return the paths of all systems of a campaign, of spacecraft files those of FMUs that are built for them.
 
@@ -60,7 +60,7 @@ def build_spacecraft(
 
 
 def _built(
-    path: Path, spacecraft: SpacecraftFile, campaign: Campaign, folder: Path, report: Report, which: str = ""
+    path: Path, spacecraft: SpacecraftFile, campaign: Campaign, folder: Path, report: PrintLine, which: str = ""
 ) -> Path:
     from ..loop.build import build_files
 

@@ -28,12 +28,12 @@ from ..html.render import as_html
 from ..icd.contents import TIMELINE_FILE, TIMELINE_TICKS, icd_blocks
 from .build_manifest import EARLIER, MANIFEST, describe_configuration, versions, write_manifest
 from .build_options import STANDARD, BuildOptions
+from .fmu_choice import PrintLine
 from .properties import bias_line
 from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 from .spacecraft import FILE, design_file, read_file
 from .systems import WIRES, build_system, write_closed_systems, write_systems
 
-PrintLine = Callable[[str], None]
 Notes = Callable[[Designs], Iterable[str]]
 
 

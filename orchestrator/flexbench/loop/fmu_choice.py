@@ -13,7 +13,7 @@ from lockstep.system.system import System
 
 from .native_fmus import is_native, native_fmu, with_native_fmus
 
-Report = Callable[[str], None]
+PrintLine = Callable[[str], None]
 IN_C, IN_PYTHON, OTHER = "native", "Python", "other"
 
 

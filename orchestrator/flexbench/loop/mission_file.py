@@ -16,9 +16,10 @@ from lockstep.errors import InputError, suggestion
 from lockstep.fmi.safe_zip import open_file
 from lockstep.system.component import Value
 from lockstep.system.system import System
+from lockstep.system.unit_table import UNITS
 
 MANAGER = "mission"  # name of the component
-UNITS = {"rad": 1.0, "deg": math.pi / 180.0, "arcsec": math.pi / 648000.0}
+ANGLES = ("rad", "deg", "arcsec")  # units
 _TABLES = ("command", "set")
 _KEYS = {"slew": ("at", "do", "rotation", "unit")}
 _FEW_KEYS = ("at", "do")
@@ -110,13 +111,13 @@ def _command(file: _File, number: int, command: Mapping[str, Any], last: float) 
 
 def _rotation(file: _File, place: tuple[Key, ...], command: Mapping[str, Any]) -> tuple[float, ...]:
     unit = command.get("unit", "rad")
-    if unit not in UNITS:
-        raise file.refuse((*place, "unit"), f"unit = {unit!r} must be one of {', '.join(UNITS)}")
+    if unit not in ANGLES:
+        raise file.refuse((*place, "unit"), f"unit = {unit!r} must be one of {', '.join(ANGLES)}")
     given = command.get("rotation")
     where = (*place, "rotation") if "rotation" in command else place
     if not (isinstance(given, list) and len(given) == len("xyz") and all(map(_is_number, given))):
         raise file.refuse(where, f"rotation = {given!r} must be three numbers: the rotation vector of the slew")
-    rotation = tuple(UNITS[unit] * angle for angle in given)
+    rotation = tuple(UNITS[unit].factor * angle for angle in given)
     if not any(rotation) or max(map(abs, rotation)) > TURN:
         raise file.refuse(where, f"rotation = {given!r} {unit} must turn somewhere, by at most a turn about each axis")
     return rotation

@@ -15,7 +15,7 @@ from flexbench.runs.run_folder import read_run
 from flexbench.studies.margins.study import curves
 from flexbench.studies.paper.design_margins import LoopMargins, bandwidth, read_margins
 from flexbench.studies.paper.paper import one_seed_folders
-from flexbench.studies.paper.published import JUDGED, Variant
+from flexbench.studies.paper.published import JUDGED, VariantName
 from flexbench.studies.paper.table import Failed
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, build_designs
@@ -24,7 +24,7 @@ from flexsat.parameters import ConfigurationName
 from .write import write_report
 
 
-def draw_paper(folder: Path, variants: Sequence[Variant], seed: int, without: Collection[Path] = ()) -> list[Path]:
+def draw_paper(folder: Path, variants: Sequence[VariantName], seed: int, without: Collection[Path] = ()) -> list[Path]:
     """Draw the figures of the design and of one seed's runs into `folder`/figures; return their paths.
 
     `without` are the folders of runs that failed.
@@ -63,7 +63,9 @@ def figures_of_loops(loops: Sequence[LoopMargins], name: ConfigurationName, desi
     }
 
 
-def report_paper(folder: Path, variants: Sequence[Variant], seed: int, failed: Sequence[Failed] = ()) -> Path | None:
+def report_paper(
+    folder: Path, variants: Sequence[VariantName], seed: int, failed: Sequence[Failed] = ()
+) -> Path | None:
     """Write `folder`/report.html, of the table, the figures and one seed's runs; return its path.
 
     A run that failed has its histories there, marked, as far as it came. If all failed, there is no page, and one of an

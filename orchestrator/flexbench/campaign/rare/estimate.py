@@ -14,11 +14,12 @@ from lockstep.whole_file import write_whole
 
 from ...engine.fingerprint import fingerprint
 from ...engine.pools import LocalPool, settings_of
+from ...loop.fmu_choice import PrintLine
 from ...runs.json_file import read_json, write_json
 from ..campaign import FILE, ORDERS, MakePool, describe, pickled, read_entries, row_of
 from ..campaign_file import read_campaign
 from ..journal import Journals
-from ..orders import Report, prepare
+from ..orders import prepare
 from ..progress import Counter, shown
 from ..result_file import ABOUT, write_results
 from ..statistics.subset_simulation import RareEvent
@@ -30,7 +31,7 @@ SAMPLING, SPLITTING = "subset-simulation", "splitting"  # in campaign.json
 
 
 def run_rare(
-    path: Path, event_text: str, folder: Path, make_pool: MakePool = LocalPool, report: Report = print
+    path: Path, event_text: str, folder: Path, make_pool: MakePool = LocalPool, report: PrintLine = print
 ) -> tuple[Event, RareEvent]:
     """Return the probability of an event over the inputs of a campaign file; go on with what a folder holds of it.
 

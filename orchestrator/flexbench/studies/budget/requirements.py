@@ -22,24 +22,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from flexsat.parameters import ARCSECOND, DEGREE
 from lockstep import InputError
 from lockstep.data_text import parse_toml
 from lockstep.errors import suggestion
+from lockstep.system.unit_table import UNITS
 
 from .evaluate import AXES, INDICES, AxisName, ErrorHistory, IndexName, Windows, index_values, sizes
 from .indices import at_level
 
-UNITS: Mapping[str, float] = {
-    "rad": 1.0,
-    "mrad": 1e-3,
-    "urad": 1e-6,
-    "nrad": 1e-9,
-    "deg": DEGREE,
-    "arcmin": 60.0 * ARCSECOND,
-    "arcsec": ARCSECOND,
-    "mas": 1e-3 * ARCSECOND,
-}
+ANGLES = ("rad", "mrad", "urad", "nrad", "deg", "arcmin", "arcsec", "mas")  # units
 LEVEL = 0.9973
 Time = Literal["window", "separation", "observation"]
 # times that an index refers to: others in its table would have no effect, and are refused
@@ -121,7 +112,7 @@ def _requirement(table: Any, location: str) -> Requirement:
         raise InputError(f"{location}: name = {name!r}: must be a text")
     index = _one_of(table, "index", INDICES, location)
     axis = _one_of(table, "axis", tuple(AXES), location)
-    unit = _one_of(table, "unit", tuple(UNITS), location)
+    unit = _one_of(table, "unit", ANGLES, location)
     limit, level = _number(table, "limit", location), _number(table, "level", location, LEVEL)
     if not limit > 0.0:
         raise InputError(f"{location}: limit = {limit!r}: must be > 0")
@@ -184,5 +175,7 @@ def judge(history: ErrorHistory, requirement: Requirement) -> Assessment:
         )
     size = sizes(values, requirement.axis)
     return Assessment(
-        requirement=requirement, value=at_level(size, requirement.level) / UNITS[requirement.unit], count=len(size)
+        requirement=requirement,
+        value=at_level(size, requirement.level) / UNITS[requirement.unit].factor,
+        count=len(size),
     )

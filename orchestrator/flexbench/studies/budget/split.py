@@ -25,7 +25,7 @@ from flexsat.runtime.rotations import error_rotation, mrp_from_quaternion, quate
 from lockstep import InputError, load_system
 
 from ...engine.jobs import Job, run_jobs
-from ...loop.fmu_choice import Report, choose_fmus, silent
+from ...loop.fmu_choice import PrintLine, choose_fmus, silent
 from ...runs import histories
 from ...runs.flown_design import planned_slew
 from ...runs.json_file import read_table, write_json
@@ -90,7 +90,7 @@ def split_budget(
     levels: Sequence[float] = LEVELS,
     processes: int | None = None,
     python: bool = False,
-    report: Report = silent,
+    report: PrintLine = silent,
 ) -> Split:
     """Run all, none, each source alone and all without gyroscopics; write the runs and split.json to `folder`.
 

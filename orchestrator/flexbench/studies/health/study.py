@@ -11,7 +11,7 @@ from lockstep.plan.overrides import refuse_unknown
 from lockstep.results.table_file import open_table
 
 from ...engine.jobs import Job, run_jobs
-from ...loop.fmu_choice import Report, choose_fmus, silent
+from ...loop.fmu_choice import PrintLine, choose_fmus, silent
 from ...runs.json_file import write_json
 from ...runs.run_folder import read_run
 from .analysis import SETTLED, Health, analyse
@@ -32,7 +32,7 @@ def run_health(
     overrides: Mapping[str, Any],
     processes: int | None,
     python: bool = False,
-    report: Report = silent,
+    report: PrintLine = silent,
     inputs: Sequence[Path] = (),
 ) -> Health:
     """Simulate all seeds in parallel and judge them; write the runs and health.json to `folder`.

@@ -12,7 +12,7 @@ from lockstep.plan.plan import Plan as RunPlan
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.feasibility import needs_of
-from ...loop.fmu_choice import Report, choose_fmus, silent
+from ...loop.fmu_choice import PrintLine, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from ...loop.spacecraft import spacecraft_of
 from ...runs.loop_monitor import NEEDED
@@ -57,7 +57,7 @@ def run_layouts(
     folder: Path,
     plan: Plan,
     processes: int | None = None,
-    report: Report = silent,
+    report: PrintLine = silent,
     python: bool = False,
 ) -> Comparison:
     """Run the study; leave the runs, layouts.json, layouts.csv and layouts.txt in `folder`.

@@ -31,7 +31,7 @@ from ..margins.stability_table import Grid
 from ..margins.study import FILE, Settings, curves, read_study, run_study
 from ..margins.system_loop import read_loop
 from .paper import run_overrides
-from .published import TITLES, VARIANTS, Variant
+from .published import TITLES, VARIANTS, VariantName
 
 FOLDER = "margins"  # in that of the study
 SCENARIO: ScenarioName = "fine_pointing"  # whose loop is analysed; the slew has the same with the coarse star tracker
@@ -60,7 +60,7 @@ class LoopMargins:
     """What the analysis of one loop found."""
 
     configuration: ConfigurationName
-    variant: Variant
+    variant: VariantName
     content: Mapping[str, Any]  # of margins.json
 
     @property
@@ -80,7 +80,7 @@ class LoopMargins:
         return {axis: (curve.frequency, curve.values) for axis, curve in named.items() if curve is not None}
 
 
-def loop_folder(folder: Path, name: ConfigurationName, variant: Variant) -> Path:
+def loop_folder(folder: Path, name: ConfigurationName, variant: VariantName) -> Path:
     """Return where the analysis of one loop goes in a study's folder."""
     return folder / FOLDER / f"{name}-{variant.replace('_', '-')}"
 
@@ -101,7 +101,7 @@ def analyse_loop(system: Path, folder: Path, overrides: Mapping[str, Value]) -> 
 
 
 def find_margins(
-    fmus: Path, folder: Path, variants: Sequence[Variant], seed: int, processes: int | None = None
+    fmus: Path, folder: Path, variants: Sequence[VariantName], seed: int, processes: int | None = None
 ) -> list[str]:
     """Analyse the loops of a study's variants on their plants, in parallel; return a line for each that failed."""
     loops = [(name, variant) for variant in ordered(variants) for name in reversed(CONFIGURATIONS)]
@@ -133,7 +133,7 @@ def find_margins(
     return failed
 
 
-def ordered(variants: Sequence[Variant]) -> list[Variant]:
+def ordered(variants: Sequence[VariantName]) -> list[VariantName]:
     """Return the variants, that with the longest analysis first."""
     return sorted(variants, key=lambda variant: variant != "corrected")
 

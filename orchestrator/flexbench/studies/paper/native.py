@@ -13,7 +13,7 @@ from ...engine.jobs import Job, run_jobs
 from ...loop.equivalence import Difference, compare_folders
 from ...runs.json_file import read_table, write_json
 from .paper import plan_jobs
-from .published import Variant
+from .published import VariantName
 
 FILE = "native.json"
 TOLERANCE = 1e-8  # relative, over a whole run: rounding makes 3e-11 in 300 s
@@ -53,7 +53,7 @@ class NativeRun:
 class NativeStudy:
     """The runs of one variant and seed."""
 
-    variant: Variant
+    variant: VariantName
     seed: int
     duration: float  # s
     runs: tuple[NativeRun, ...]
@@ -67,7 +67,7 @@ class NativeStudy:
 def run_natively(
     fmus: Path,
     folder: Path,
-    variants: Sequence[Variant],
+    variants: Sequence[VariantName],
     seed: int,
     duration: float,
     processes: int | None = None,
@@ -84,7 +84,7 @@ def run_natively(
     variants, seed, duration, processes : of the study
     without : folders of runs that failed there, which have nothing to compare
     """
-    variant: Variant = "corrected" if "corrected" in variants else variants[0]
+    variant: VariantName = "corrected" if "corrected" in variants else variants[0]
     planned = plan_jobs(fmus, folder, [variant], [seed], duration).values()
     jobs = [job for job in planned if job.folder not in without]
     study = NativeStudy(variant=variant, seed=seed, duration=duration, runs=compare_natively(jobs, processes))

@@ -13,13 +13,13 @@ from lockstep.results.read_run_record import read_run_record
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters
-from .published import FLOWN, Variant
+from .published import FLOWN, VariantName
 from .table import Failed, Key, Results, as_csv, as_json, as_markdown, as_text
 
 LOST_BY = 20.0  # s: the published design is at the limits of the wheels within one
 
 
-def run_folder(folder: Path, variant: Variant, name: ConfigurationName, scenario: ScenarioName, seed: int) -> Path:
+def run_folder(folder: Path, variant: VariantName, name: ConfigurationName, scenario: ScenarioName, seed: int) -> Path:
     """Return where one run of the study goes."""
     marks = [] if variant == "corrected" else [variant.replace("_", "-")]
     parts = [name, scenario.replace("_", "-"), *marks, f"seed{seed}"]
@@ -27,7 +27,7 @@ def run_folder(folder: Path, variant: Variant, name: ConfigurationName, scenario
 
 
 def plan_jobs(
-    fmus: Path, folder: Path, variants: Sequence[Variant], seeds: Sequence[int], duration: float
+    fmus: Path, folder: Path, variants: Sequence[VariantName], seeds: Sequence[int], duration: float
 ) -> dict[tuple[Key, int], Job]:
     """Return every run of the study, by variant, configuration and scenario, and seed."""
     return {
@@ -45,11 +45,11 @@ def plan_jobs(
     }
 
 
-def _scenarios(variant: Variant) -> tuple[ScenarioName, ...]:
+def _scenarios(variant: VariantName) -> tuple[ScenarioName, ...]:
     return ("fine_pointing",) if variant == "published_design" else SCENARIOS
 
 
-def run_overrides(scenario: ScenarioName, variant: Variant, seed: int) -> dict[str, Value | str]:
+def run_overrides(scenario: ScenarioName, variant: VariantName, seed: int) -> dict[str, Value | str]:
     """Return what a run of the study sets."""
     set_by_scenario = scalar_overrides(scenario_parameters(scenario, FLOWN[variant], seed))
     design = {"controller.design": "published"} if variant == "published_design" else {}
@@ -75,7 +75,7 @@ def has_begun(folder: Path, failure: str) -> bool:
 def run_paper(
     fmus: Path,
     folder: Path,
-    variants: Sequence[Variant],
+    variants: Sequence[VariantName],
     seeds: Sequence[int],
     duration: float,
     processes: int | None = None,
@@ -115,7 +115,7 @@ def failures_text(results: Results) -> list[str]:
 
 
 def one_seed_folders(
-    folder: Path, variants: Sequence[Variant], seed: int, without: Collection[Path] = ()
+    folder: Path, variants: Sequence[VariantName], seed: int, without: Collection[Path] = ()
 ) -> list[Path]:
     """Return the results folders of one seed's runs, without those that failed."""
     found = [

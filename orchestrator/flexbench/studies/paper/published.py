@@ -22,15 +22,15 @@ MODE_FREQUENCIES: tuple[float, ...] = (
 )  # fmt: skip
 
 # The last is the published controller on the corrected plant, in fine pointing alone: to see when its loop is lost
-Variant = Literal["as_published", "corrected", "published_design"]
-VARIANTS: tuple[Variant, ...] = ("as_published", "corrected", "published_design")
-TITLES: Mapping[Variant, str] = {
+VariantName = Literal["as_published", "corrected", "published_design"]
+VARIANTS: tuple[VariantName, ...] = ("as_published", "corrected", "published_design")
+TITLES: Mapping[VariantName, str] = {
     "as_published": "as published",
     "corrected": "corrected, robust",
     "published_design": "corrected, published design",
 }
-JUDGED: Variant = "as_published"  # against the paper
-FLOWN: Mapping[Variant, variants.Variant] = {
+JUDGED: VariantName = "as_published"  # against the paper
+FLOWN: Mapping[VariantName, variants.Variant] = {
     "as_published": variants.AS_PUBLISHED,
     "corrected": variants.CORRECTED,
     "published_design": variants.PUBLISHED,

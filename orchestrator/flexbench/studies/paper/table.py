@@ -17,9 +17,9 @@ from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ConfigurationName
 from lockstep.plain_table import plain_lines
 
-from .published import JUDGED, REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Variant
+from .published import JUDGED, REMARKS, ROWS, TITLES, VARIANTS, PaperRow, VariantName
 
-Key = tuple[Variant, ConfigurationName, str]  # variant, configuration, scenario
+Key = tuple[VariantName, ConfigurationName, str]  # variant, configuration, scenario
 FAILED = "failed"  # in a cell whose runs did
 ENOUGH = 4  # seeds from which their scatter is estimated
 RUN_DURATION = 300.0  # s, of the published runs
@@ -67,7 +67,7 @@ class Results:
     # s: when the published design saturates on the corrected plant, by configuration and seed; None: it did not
     failed: Sequence[Failed] = ()  # not among the metrics
 
-    def cell(self, row: PaperRow, variant: Variant, name: ConfigurationName) -> Cell | None:
+    def cell(self, row: PaperRow, variant: VariantName, name: ConfigurationName) -> Cell | None:
         """Return the number of a cell; None if that variant was not run, or its row refers to runs of 300 s."""
         runs = self.metrics.get((variant, name, row.scenario))
         if not runs or (row.of_whole_run and self.duration != RUN_DURATION):
@@ -77,7 +77,7 @@ class Results:
         return Cell(mean=float(values.mean()), deviation=deviation, count=len(values))
 
     @property
-    def variants(self) -> list[Variant]:
+    def variants(self) -> list[VariantName]:
         """The variants that were run and have numbers."""
         return [variant for variant in VARIANTS if any(key[0] == variant for key in self.metrics)]
 
@@ -191,7 +191,7 @@ def as_text(results: Results) -> str:
     return "\n".join([*found, *footnotes(results)]) + "\n"
 
 
-def numbers(results: Results) -> list[tuple[PaperRow, Variant, ConfigurationName, Cell]]:
+def numbers(results: Results) -> list[tuple[PaperRow, VariantName, ConfigurationName, Cell]]:
     """Return every number that the runs gave."""
     found = []
     for row in ROWS:

@@ -14,7 +14,7 @@ from lockstep import InputError, Signals, load_system
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.chosen_spacecraft import slew_of
-from ...loop.fmu_choice import Report, choose_fmus, silent
+from ...loop.fmu_choice import PrintLine, choose_fmus, silent
 from ...loop.scenarios import ScenarioName, Value, scalar_overrides, scenario_parameters
 from ...loop.spacecraft import designs_for
 from ...runs import histories
@@ -150,7 +150,7 @@ def run_robustness(
     processes: int | None = None,
     controller_design: ControllerDesign = DEFAULT_DESIGN,
     python: bool = False,
-    report: Report = silent,
+    report: PrintLine = silent,
 ) -> list[Outcome]:
     """Simulate every error with every seed, in parallel; write the runs and robustness.json to `folder`.
 

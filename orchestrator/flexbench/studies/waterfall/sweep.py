@@ -22,7 +22,7 @@ from flexsat.variants import CORRECTED, VARIANT_PORT, Variant
 from lockstep import InputError, load_system, read_signals
 
 from ...engine.jobs import Job, run_jobs
-from ...loop.fmu_choice import Report, choose_fmus, silent
+from ...loop.fmu_choice import PrintLine, choose_fmus, silent
 from ...loop.loop_parts import loop_parts
 from ...loop.spacecraft import designs_for
 from ...runs.json_file import read_table, write_json
@@ -67,7 +67,7 @@ def sweep(
     span: tuple[float, float] | None = None,
     processes: int | None = None,
     python: bool = False,
-    report: Report = silent,
+    report: PrintLine = silent,
 ) -> Waterfall:
     """Run the sweep; write one folder a speed, and waterfall.json.
 
