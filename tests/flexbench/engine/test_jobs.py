@@ -12,14 +12,14 @@ import psutil
 import pytest
 from rich.console import Console
 
-from flexbench.engine import job_progress
+from flexbench.engine import job_progress, tasks
 from flexbench.engine import jobs as jobs_module
 from flexbench.engine.dispatch import dispatch
 from flexbench.engine.job_progress import show_jobs
 from flexbench.engine.jobs import Job, run_jobs
 from flexbench.engine.pools import LocalPool, settings_of
 from flexbench.engine.tasks import NoResult, Task
-from flexbench.engine.worker import BugInWorker
+from flexbench.engine.worker import BugInWorker, LostWorker
 from lockstep import InputError, RunError
 
 
@@ -195,3 +195,22 @@ if first:
 def test_what_a_machine_refuses_twice_is_no_result_and_no_bug(error, cause):
     with pytest.raises(NoResult, match=f"^run 1: {cause}, twice, on .*; mend that and give the same command again$"):
         carried_out(f"raise {error}")
+
+
+def test_a_task_whose_worker_is_lost_while_the_pool_ends_is_not_begun_again(monkeypatch):
+    begun = []
+
+    class Lost(tasks.Worker):
+        def run(self, *_):
+            begun.append(self)
+            pool.end()
+            raise LostWorker("vanished", "its process was killed (SIGKILL)")
+
+    monkeypatch.setattr(tasks, "Worker", Lost)
+    pool = LocalPool(settings_of(), 1)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            pool.submit(Task(number=1, title="run 1", function=int, arguments=("1",))).result(timeout=60.0)
+    finally:
+        pool.close()
+    assert len(begun) == 1
