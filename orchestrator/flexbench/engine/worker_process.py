@@ -63,16 +63,23 @@ def _answer(message: bytes) -> bytes:
         return _raised(error)
     except KeyboardInterrupt as error:
         return _raised(error)
-    except (OSError, MemoryError) as error:  # of the machine, such as too many open files
-        return pickle.dumps(("machine", _cause(error)))
-    except Exception as error:  # a bug: its traceback would be lost with this process
+    except Exception as error:
+        if cause := _cause(error):
+            return pickle.dumps(("machine", cause))
+        # a bug: its traceback would be lost with this process
         return pickle.dumps(("bug", f"{type(error).__name__}: {error}", traceback.format_exc()))
 
 
-def _cause(error: OSError | MemoryError) -> str:
-    if isinstance(error, MemoryError):
-        return "out of memory"
-    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
+def _cause(error: Exception) -> str:
+    """Return what the machine refused, such as one more open file; "" for an error of the program."""
+    match error:
+        case MemoryError():
+            return "out of memory"
+        case OSError():
+            return f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
+        case RuntimeError() if "start new thread" in str(error):
+            return "no more threads"
+    return ""
 
 
 def call(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:

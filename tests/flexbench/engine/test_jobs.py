@@ -190,6 +190,7 @@ if first:
     [
         ("OSError(24, 'Too many open files', 'signals')", "signals: Too many open files"),
         ("MemoryError", "out of memory"),
+        ('RuntimeError("can\'t start new thread")', "no more threads"),
     ],
 )
 def test_what_a_machine_refuses_twice_is_no_result_and_no_bug(error, cause):
