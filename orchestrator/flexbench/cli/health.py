@@ -31,7 +31,7 @@ example:
 """
 
 
-@command("health", _EXAMPLES, then="open {path}: consistency over time", tables=True)
+@command("health", _EXAMPLES, then="open {path}    # consistency over time", tables=True)
 @click.argument("system", type=PATH, metavar="SYSTEM", help="a system file of `flexsat build`")
 @seeds_option(2)
 @stop_time_option(100.0)

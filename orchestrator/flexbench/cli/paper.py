@@ -69,8 +69,17 @@ def paper(
         lacking: list[str] = []
         without_margins: list[str] = []
         compared = None
-        build_all(CONFIGURATIONS, fmus, options=ONLY_PYTHON if python else STANDARD, without_native=lacking.append)
-        print(f"built in {perf_counter() - started:.1f} s")
+        written: list[str] = []
+
+        def show(line: str) -> None:
+            written.append(line)
+            if ".fmu " in line:  # what takes the time; `flexsat build` shows all
+                print(line, flush=True)
+
+        build_all(
+            CONFIGURATIONS, fmus, show, options=ONLY_PYTHON if python else STANDARD, without_native=lacking.append
+        )
+        print(f"built in {perf_counter() - started:.1f} s: {len(written)} files in {fmus}")
         numbers = seeds(seed_count)
         results = run_paper(fmus, folder, chosen, numbers, stop_time, jobs)
         failed = [one.folder for one in results.failed]

@@ -24,7 +24,7 @@ example:
 """
 
 
-@command("waterfall", _EXAMPLES, then="open {path}: the deformation over the Campbell diagram", tables=True)
+@command("waterfall", _EXAMPLES, then="open {path}    # the deformation over the Campbell diagram", tables=True)
 @click.argument("system", type=PATH, metavar="SYSTEM",
                 help="a system file of `flexsat build`; its loop is opened")  # fmt: skip
 @click.option("--points", type=COUNT, default=24, metavar="N", help="number of speeds (default: 24)")

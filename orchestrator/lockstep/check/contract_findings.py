@@ -23,10 +23,12 @@ def contract_findings(contracts: Sequence[Contract], model: Model, like: str | N
     comparison = choose(contracts, model, like)
     if comparison is None:
         best = max((compare(contract, model) for contract in contracts), key=lambda c: c.likeness)
-        message = (
-            f"matches no contract; the closest is {best.contract.name} with {len(best.served)} of "
-            f"{len(best.contract.ports)} ports; choose one with --like"
+        closest = (
+            f"the closest is {best.contract.name} with {len(best.served)} of {len(best.contract.ports)} ports; "
+            if best.served
+            else "none has a port like one of the FMU's; "
         )
+        message = f"matches no contract; {closest}choose one with --like"
         return [_finding("contract.direct", "contract ports that it can serve", "skipped", message)]
     return [_direct(comparison), _adapter(comparison), _missing(comparison, bool(like)), _unfed(comparison)]
 

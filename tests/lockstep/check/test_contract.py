@@ -147,6 +147,23 @@ def test_input_does_not_serve_an_output() -> None:
     assert ("wheel.torque[1]", "is an input, not an output") in {(port.name, why) for port, why in missing}
 
 
+@pytest.mark.parametrize(
+    ("ports", "closest"),
+    [
+        ([("y", "output", "<Real/>")], "none has a port like one of the FMU's"),
+        (
+            [("valid", "input", "<Boolean/>"), *((f"y{k}", "output", "<Real/>") for k in range(9))],
+            "the closest is controller",
+        ),
+    ],
+)
+def test_an_fmu_like_no_contract_is_left_to_the_user(ports, closest) -> None:
+    (finding,) = contract_findings([CONTRACT], vendor(*ports), None)
+    assert finding.status == "skipped"
+    assert text_of(finding).startswith(f"matches no contract; {closest}")
+    assert text_of(finding).endswith("; choose one with --like")
+
+
 def test_findings_list_needed_optional_and_unfed_ports() -> None:
     model = vendor(
         *((f"TauCmd_{i}", "output", real("mN.m")) for i in (1, 2, 3)),
