@@ -65,3 +65,8 @@ def code() -> str:
         for path in sorted(path for path in root.rglob("*") if path.suffix in _SOURCES):
             digest.update(f"{package}/{path.relative_to(root).as_posix()}".encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+def code_changed() -> bool:
+    """Return whether the code was changed since `code` was called first; what is imported then may not fit the rest."""
+    return code.cache_info().currsize > 0 and code.__wrapped__() != code()

@@ -27,5 +27,10 @@ def kept_traceback(folder: Path) -> Iterator[None]:
                 text = "".join(traceback.format_exception(error))
                 (folder / NAME).write_text(text, encoding="utf-8", errors="backslashreplace")
                 print(f"{folder / NAME}: traceback of the error", file=sys.stderr)
+            from ...engine.fingerprint import code_changed
+
+            if code_changed():  # an update while it ran: modules that are imported late do not fit
+                raise RunError(f"the code of flexsat has changed while {folder} was simulated ({error}); restore it and"
+                               " give the same command again, or give another folder") from error  # fmt: skip
         raise
     (folder / NAME).unlink(missing_ok=True)

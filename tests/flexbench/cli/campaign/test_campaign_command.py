@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from flexbench.cli.parser import main
+from flexbench.engine import fingerprint
 from fmus.wanderer.wanderer import wanderer
 from lockstep import Component, System, read_signals, write_ssd
 
@@ -177,6 +178,19 @@ def test_the_traceback_of_an_unexpected_error_is_kept_until_the_campaign_ends_we
     assert "ZeroDivisionError: division by zero: this is a bug of flexsat" in errors
     assert file.read_text().startswith("Traceback")
     assert "in run_campaign" in file.read_text()
+
+    def update(*_):
+        monkeypatch.setattr(fingerprint, "_SOURCES", (".py",))  # as if files of C were gone
+        raise ImportError("cannot import name 'HEADER'")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("flexbench.campaign.campaign.write_results", update)
+        assert main(words) == 1
+    said = (
+        f"the code of flexsat has changed while {tmp_path / 'out'} was simulated (cannot import name 'HEADER'); restore"
+    )
+    assert said in capsys.readouterr().err
+    monkeypatch.undo()
 
     assert main(words) == 0
     assert not file.exists()
