@@ -20,6 +20,7 @@ from .designed_loop import DesignedLoop
 from .periodic_loop import PeriodicLoop
 
 NEAR, ITERATIONS = 1e-9, 3  # of inverse iteration: relative distance to the eigenvalue
+KEPT = 4  # loops
 MODE_COUNTS = (25, 28, 40, 60, 100, 150, ALL_MODES)
 
 
@@ -70,6 +71,7 @@ class Plants:
         self.gyroscopic = gyroscopic
         self.spacecraft: Spacecraft = real or keep_modes(design.structure, slice(modes))
         self._models: dict[tuple[int, ModelErrors], LinearModel] = {}
+        self._loops: dict[tuple[int, ModelErrors, bool], tuple[DesignedLoop | None, DesignedLoop]] = {}
 
     def model(self, modes: int, errors: ModelErrors) -> LinearModel:
         """Return the linear model with the lowest modes, at the wheel speeds of the design.
@@ -88,6 +90,21 @@ class Plants:
             self._models[key] = linearise(real, speed, corner, self.gyroscopic)
         return self._models[key]
 
+    def loop(self, modes: int, errors: ModelErrors, fine: bool, given: DesignedLoop | None) -> DesignedLoop:
+        """Return the loop on one of these plants; the last are kept, as several gains and delays are tried on each.
+
+        The arguments are those of `stability`.
+        """
+        key = (modes, errors, fine)
+        kept = self._loops.pop(key, None)
+        if kept is None or kept[0] is not given:
+            loop = given or DesignedLoop(design=self.design, parameters={"star_tracker.fine": fine})
+            kept = given, replace(loop, plant=self.model(modes, errors))
+        self._loops[key] = kept
+        if len(self._loops) > KEPT:
+            del self._loops[next(iter(self._loops))]
+        return kept[1]
+
     def highest(self, modes: int) -> float:
         """Return the frequency of the highest of so many modes [Hz]."""
         return float(self.spacecraft.frequency[modes - 1] / (2.0 * np.pi))
@@ -103,9 +120,7 @@ def stability(plants: Plants, corner: Corner, fine: bool = True, loop: DesignedL
     fine : with the gains for the fine guidance sensor, else for the coarse star tracker
     loop : with delays and parameters of a run; None for no delays and the controller's own parameters
     """
-    if loop is None:
-        loop = DesignedLoop(design=plants.design, parameters={"star_tracker.fine": fine})
-    opened = replace(loop, plant=plants.model(corner.modes, corner.errors)).at(corner.delay)
+    opened = plants.loop(corner.modes, corner.errors, fine, loop).at(corner.delay)
     factor = corner.gain * np.exp(1j * np.deg2rad(corner.phase)) if corner.phase else corner.gain
     growth, frequency = growth_of_loop(opened, factor)
     return Stability(corner=corner, highest=plants.highest(corner.modes), growth=growth, frequency=frequency)

@@ -7,10 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.cli.parser import main
+from flexbench.studies.margins.designed_loop import Delays, DesignedLoop
 from flexbench.studies.margins.real_plant import Corner, Plants, stability
 from flexbench.studies.margins.stability_table import Grid
 from flexbench.studies.margins.system_loop import read_loop
 from flexsat.parameters import ALL_MODES
+from flexsat.spacecraft.variation import ModelErrors
 from lockstep import InputError, load_system
 
 
@@ -57,6 +59,19 @@ def test_the_command_finds_the_published_design_unstable_on_30_modes(delivered, 
     rows = [line for line in printed.out.splitlines() if line.startswith(("25 ", "30 "))]
     assert [row.count("stable") for row in rows] == [2, 1]
     assert printed.err.splitlines()[-1].startswith("flexsat: The designed loop is UNSTABLE on 30 modes, up to")
+
+
+def test_a_kept_loop_is_that_of_its_corner_star_tracker_and_controller(built):
+    plants = Plants(built["centralised"].corrected)
+    corner, late = Corner(modes=25), DesignedLoop(design=plants.design, delays=Delays(samples=2))
+    asked = [
+        (corner, True, None), (corner, False, None), (corner, True, late), (Corner(modes=26), True, late),
+        (Corner(modes=25, errors=ModelErrors(frequency=0.05)), True, late),
+    ]  # fmt: skip
+    alone = [stability(Plants(plants.design), *one).growth for one in asked]
+    assert len(set(alone)) == len(asked)
+    assert [stability(plants, *one).growth for one in asked for _ in range(2)] == [x for x in alone for _ in range(2)]
+    assert [stability(plants, *one).growth for one in asked] == alone
 
 
 @pytest.mark.parametrize(
