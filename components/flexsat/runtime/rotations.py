@@ -104,12 +104,6 @@ def matrix_from_mrp(mrp: Sequence[float]) -> Vector:
     )
 
 
-def mrp_rate(mrp: Vector, rate: Vector) -> Vector:
-    """Return dp/dt, (3,) [1/s], of an MRP under a body rate [rad/s]: the kinematics of PHYSICS section 2."""
-    square = float(mrp @ mrp)
-    return 0.25 * ((1.0 - square) * rate + 2.0 * np.cross(mrp, rate) + 2.0 * mrp * float(mrp @ rate))
-
-
 def error_angle(mrp: Vector, reference: Vector) -> Vector:
     """Return the angle [rad], (n,), between two attitude histories (n, 3) given as MRPs."""
     sine = np.linalg.norm(_error_quaternion(mrp, reference), axis=1)

@@ -80,7 +80,9 @@ def test_rate_is_the_derivative_of_turning():
         mrp = 0.95 * one.as_mrp()  # clear of the switch at norm 1
         ahead, behind = (np.array(rotations.rotate_mrp(mrp, s * h * rate)) for s in (1.0, -1.0))
         # central difference: h^2 times the third derivative, 1e-8 times 0.2 rad/s cubed; rounding 1e-16 / 1e-4
-        assert_allclose(rotations.mrp_rate(mrp, rate), (ahead - behind) / (2.0 * h), atol=1e-9)
+        square = mrp @ mrp  # dp/dt of an MRP, PHYSICS section 2
+        change = 0.25 * ((1.0 - square) * rate + 2.0 * np.cross(mrp, rate) + 2.0 * mrp * (mrp @ rate))
+        assert_allclose(change, (ahead - behind) / (2.0 * h), atol=1e-9)
 
 
 def test_error_angle():

@@ -19,7 +19,6 @@ LAYERS: dict[FmiVersion, tuple[str, ...]] = {"2.0": ("fmi", "fmi2"), "3.0": ("fm
 IN_C: dict[FmiVersion, str] = {"2.0": "native", "3.0": "FMI 3.0"}  # what a build's manifest calls the FMUs
 IDENTITY = "identity.c"
 INCLUDE = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
-GENERATED = frozenset({"data.h", "ports.h"})  # headers
 
 
 def native_folder(layout: Path, fmi: FmiVersion = "2.0") -> Path:

@@ -9,7 +9,6 @@ from typing import Any
 from .evaluation import Evaluation, Judgement
 from .sample import Metric, Sample
 from .sensitivities import SobolIndex
-from .stop_rule import State
 
 Table = tuple[list[str], list[list[str]]]  # header and rows
 _STRONGEST = 5  # correlations of each metric in a table
@@ -122,16 +121,6 @@ def sobol_table(metric: str, indices: Sequence[SobolIndex]) -> Table:
         for one in sorted(indices, key=lambda each: -each.total)
     ]  # fmt: skip
     return ["metric", "input", "first order", "95 % bounds", "total", "95 % bounds"], rows
-
-
-def stop_table(found: Sequence[State]) -> Table:
-    """Return how far each condition of a stop rule is."""
-    rows = [
-        [one.condition.text, one.system, one.text, "yes" if one.satisfied else "no",
-         "-" if one.needed is None else str(one.needed)]
-        for one in found
-    ]  # fmt: skip
-    return ["condition", "system", "now", "satisfied", "runs needed"], rows
 
 
 def share_text(share: float) -> str:

@@ -37,16 +37,6 @@ class Margins:
         float, ...
     ] = ()  # Hz: crossings left out, because the response changes too fast between two lines
 
-    @property
-    def disk_gain(self) -> float:
-        """Factor up and down that the disk margin allows."""
-        return (1.0 + 0.5 * self.disk) / (1.0 - 0.5 * self.disk) if self.disk < 2.0 else np.inf
-
-    @property
-    def disk_phase(self) -> float:
-        """Phase that the disk margin allows [deg]."""
-        return float(2.0 * np.degrees(np.arctan(0.5 * self.disk)))
-
 
 def loop_margins(frequency: Array, loops: Complex, period: float | None = None, straight: bool = False) -> Margins:
     """Return the margins of one loop, or of the characteristic loci of several channels that change together.

@@ -73,10 +73,8 @@ def test_margins_are_those_of_python_control():
     assert found.phase == pytest.approx(phase, rel=1e-4)
     assert found.phase_at == pytest.approx(phase_at / (2.0 * np.pi), rel=1e-4)
     assert found.unresolved == ()
-    disk, disk_gain, disk_phase = control.disk_margins(control.ss(plant), omega, skew=0.0)
+    disk, _, _ = control.disk_margins(control.ss(plant), omega, skew=0.0)
     assert found.disk == pytest.approx(disk, rel=1e-6)
-    assert found.disk_gain == pytest.approx(10.0 ** (disk_gain / 20.0), rel=1e-6)  # python-control gives decibel
-    assert found.disk_phase == pytest.approx(disk_phase, rel=1e-6)
 
 
 def test_the_loci_of_two_channels_have_the_margins_of_the_nearer_one():
