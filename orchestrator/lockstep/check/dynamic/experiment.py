@@ -88,8 +88,8 @@ class Experiment:
         return PREFIXES[self.fmi]
 
     def as_json(self) -> dict[str, Any]:
-        """Return what `from_json` reads."""
-        return asdict(self)
+        """Return what `from_json` reads; it is kept, as each process of a check gets it."""
+        return self._fields
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Experiment:
@@ -110,6 +110,11 @@ class Experiment:
     def by_type(self, side: str) -> Mapping[Scalar, tuple[Port, ...]]:
         """Return the inputs or outputs that are numbers, by the type in which they travel; each type has some."""
         return self._types[side]
+
+    @cached_property
+    def _fields(self) -> dict[str, Any]:
+        """All fields, ports as dictionaries."""
+        return asdict(self)
 
     @cached_property
     def _kinds(self) -> dict[tuple[str, str], tuple[Port, ...]]:
