@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import out_option
-from lockstep.cli.outcome import wrote
+from lockstep.cli.outcome import note, wrote
 from lockstep.cli.parameter_types import PATH
 from lockstep.errors import InputError
 
@@ -40,5 +39,5 @@ def adapt(fmu: Path, like: str, out: Path | None) -> int:
         write_atomically(out, text.encode())
         wrote(out)
     for doubt in doubts:
-        print(f"undecided: {doubt}", file=sys.stderr)
+        note(f"undecided: {doubt}")
     return 0

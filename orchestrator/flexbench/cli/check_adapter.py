@@ -46,7 +46,9 @@ def check_adapter(fmu: Path, adapter: Path, like: str | None, apply: bool) -> in
     read = read_adapter(adapter)
     excitation = excitation_for(read, fmu, like or "controller")
     verdict = judge(fmu, read, excitation)
-    print("\n".join(describe_response(verdict, excitation, fmu, adapter)))
+    title, *response = describe_response(verdict, excitation, fmu, adapter)
+    remark(title)
+    print("\n".join(response))
     remark(*describe_findings(verdict, fmu))
     keep_table(
         ("error", "about", *(f"torque {axis}" for axis in AXES), "judged"),

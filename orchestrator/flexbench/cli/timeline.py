@@ -8,7 +8,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import system_argument
-from lockstep.cli.outcome import keep_table, wrote
+from lockstep.cli.outcome import keep_table, print_lines, wrote
 from lockstep.cli.parameter_types import COUNT, PATH
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays
 
@@ -33,7 +33,7 @@ def timeline(system: Path, timing: TimingOptions, ticks: int, svg: Path | None) 
     from lockstep.system.clock import seconds
 
     loaded = with_delays(load_system(system, timing.timing()), timing.delay)
-    print("\n".join(timeline_lines(loaded, ticks)))
+    print_lines(timeline_lines(loaded, ticks))
     steps = steps_of(loaded, ticks)
     keep_table(
         ("tick", "component", "from [s]", "to [s]", "outputs true at [s]"),

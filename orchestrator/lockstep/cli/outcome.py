@@ -11,6 +11,7 @@ import json
 import shlex
 import shutil
 import sys
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass, field
@@ -82,18 +83,39 @@ def show_table(header: Sequence[str], rows: Iterable[Sequence[str]], title: str 
 
 def remark(*texts: str) -> None:
     """Print sentences about the results, wrapped between words on a terminal, and keep them for `--json`."""
+    _current().remarks.extend(texts)
+    _print_sentences(texts, sys.stdout)
+
+
+def note(*texts: str) -> None:
+    """Print sentences that are no results to standard error, wrapped between words on a terminal."""
+    _print_sentences(texts, sys.stderr)
+
+
+def _print_sentences(texts: Iterable[str], stream: TextIO) -> None:
     from rich.console import Console
     from rich.markup import escape
 
     from lockstep.standard_streams import printable, unfiltered
 
-    _current().remarks.extend(texts)
-    console = Console(file=unfiltered(sys.stdout), highlight=False, emoji=False)
+    console = Console(file=unfiltered(stream), highlight=False, emoji=False)
     for text in texts:
         if console.is_terminal:
             console.print(escape(printable(text, keep="\n")))
         else:
-            print(text)
+            print(text, file=stream)
+
+
+def print_lines(lines: Iterable[str]) -> None:
+    """Print lines of a result in a form of its own; on a terminal, what is longer than its width continues indented."""
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    for line in lines:
+        if width is None or len(line) <= width:
+            print(line)
+            continue
+        indent = " " * (len(line) - len(line.lstrip()) + 4)
+        print("\n".join(textwrap.wrap(line, width, subsequent_indent=indent, break_long_words=False,
+                                      break_on_hyphens=False)))  # fmt: skip
 
 
 def wrote(*paths: Path | str) -> None:

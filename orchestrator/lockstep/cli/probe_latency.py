@@ -11,7 +11,7 @@ import click
 
 from lockstep.cli.command import command
 from lockstep.cli.options import assignments, refuse_repeated
-from lockstep.cli.outcome import PRINTED, json_path_option, wrote
+from lockstep.cli.outcome import PRINTED, json_path_option, print_lines, wrote
 from lockstep.cli.parameter_types import COUNT, DURATION, PATH, OneOf
 from lockstep.errors import InputError
 from lockstep.interrupt import exit_code
@@ -87,7 +87,7 @@ def probe_latency(
     if json == PRINTED:
         print(as_json(report), end="")
     else:
-        print("\n".join(as_lines(report, shutil.get_terminal_size((120, 40)).columns)))
+        print_lines(as_lines(report, shutil.get_terminal_size((120, 40)).columns))
         if json is not None:
             write_whole(json, as_json(report).encode())
             wrote(json)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lockstep.cli.command import command
 from lockstep.cli.options import system_argument
-from lockstep.cli.outcome import keep_table, remark
+from lockstep.cli.outcome import keep_table, print_lines, remark
 from lockstep.cli.timing_options import TimingOptions, timing_options, with_delays
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def show(system: Path, timing: TimingOptions) -> int:
     from lockstep.ssp.load import load_system
 
     shown = with_delays(load_system(system, timing.timing()), timing.delay)
-    print("\n".join(describe(shown)))
+    print_lines(describe(shown))
     remark(*(f"warning: {text}" for text in shown.warnings))
     _keep(shown)
     return 0

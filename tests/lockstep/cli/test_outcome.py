@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lockstep.cli.command import command
-from lockstep.cli.outcome import keep_table, remark, show_table, suggest, wrote
+from lockstep.cli.outcome import keep_table, note, print_lines, remark, show_table, suggest, wrote
 from lockstep.errors import RunError
 
 
@@ -162,3 +162,20 @@ def test_sentences_are_wrapped_between_words_on_a_terminal(monkeypatch):
 
     assert max(map(len, lines)) <= 80
     assert " ".join(lines).split() == text.split()
+
+
+def test_a_note_stands_on_standard_error_and_is_no_result(capsys):
+    note("undecided: step: the FMU recommends none")
+    assert capsys.readouterr() == ("", "undecided: step: the FMU recommends none\n")
+
+
+def test_a_long_line_of_a_result_continues_indented_on_a_terminal_and_is_one_elsewhere(monkeypatch, capsys):
+    lines = ["title", "  plant       reads 6 from sensors; outputs hold-from 0 s"]
+    monkeypatch.setenv("COLUMNS", "40")
+    print_lines(lines)
+    assert capsys.readouterr().out.splitlines() == lines
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    print_lines(lines)
+    assert capsys.readouterr().out.splitlines() == [
+        "title", "  plant       reads 6 from sensors;", "      outputs hold-from 0 s",
+    ]  # fmt: skip
