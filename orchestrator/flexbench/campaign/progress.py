@@ -9,6 +9,7 @@ from time import monotonic
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Column
 
 from lockstep.standard_streams import unfiltered
 
@@ -76,8 +77,8 @@ def shown(counter: Counter, name: str) -> Iterator[Show]:
         finally:
             show.look(now=True)
         return
-    with Progress(TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[text]}"),
-                  console=console) as bars:  # fmt: skip
+    name_column = TextColumn("{task.description}", table_column=Column(overflow="fold"))  # a long name is not cut
+    with Progress(name_column, BarColumn(), TextColumn("{task.fields[text]}"), console=console) as bars:
         show = Show(counter, name, bars)
         yield show
         show.look()

@@ -1,6 +1,9 @@
 """The state of a campaign in words: what is done and failed, the rate of this program, what is left."""
 
+import io
+
 import pytest
+from rich.console import Console
 
 from flexbench.campaign import progress
 from flexbench.campaign.progress import Counter, shown
@@ -41,3 +44,16 @@ def test_without_a_terminal_there_is_a_line_every_ten_seconds_and_at_the_end(clo
         "toy: 4 of 4 runs, 0 failed, 0 at once",
         "toy: 4 of 4 runs, 0 failed, 0 at once",
     ]
+
+
+def test_on_a_terminal_of_80_columns_nothing_is_cut(monkeypatch):
+    out = io.StringIO()
+    console = Console(file=out, width=80, force_terminal=True, color_system=None)
+    monkeypatch.setattr(progress, "Console", lambda **_: console)
+    counter = Counter(10_000, 0, 12)
+    counter.workers = 8
+    with shown(counter, "a-campaign-with-a-long-name") as show:
+        counter.done = 1234
+        show.look()
+    assert "…" not in out.getvalue()
+    assert ", 8 at once" in out.getvalue()
