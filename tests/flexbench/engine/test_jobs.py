@@ -137,6 +137,7 @@ def test_progress_on_a_terminal_has_a_bar_for_each_run_under_way_and_a_line_for_
         show(names[0], 300.0, 300.0)
         show.end(names[1], "failed")
         show(names[1], 60.0, 300.0)  # a report that comes late
+        show.end(names[0], "ended")  # as its last report said
         bars = [task.description for task in show._bars.progress.tasks]
     lines = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.getvalue()).splitlines()
     assert bars == ["2 of 3 runs"]

@@ -77,6 +77,7 @@ def test_numbers_in_events_have_units(tmp_path, foreign_run):
     events = [
         {"time": 0.0, "event": "start", "stop_time": 300.0},
         {"time": 1.5, "event": "torque-saturation", "state": "begin", "limit": 0.8, "wheels": [28, 31]},
+        {"time": 1.9, "event": "torque-saturation", "state": "end", "since": 1.5},
         {"time": 2.0, "event": "divergence", "quantity": "rate", "value": 0.25},
     ]
     run = foreign_run(tmp_path / "run", "".join(f"{json.dumps(one)}\n" for one in events))
@@ -85,6 +86,7 @@ def test_numbers_in_events_have_units(tmp_path, foreign_run):
     assert [row[2] for row in table.rows] == [
         "stop_time: 300 s",
         "state: begin, limit: 0.8 N.m, wheels: [28, 31]",
+        "state: end, since: 1.5 s",
         "quantity: rate, value: 0.25 rad/s",
     ]
 
