@@ -41,8 +41,7 @@ RunScript = Callable[..., Any]
 
 
 IMPORTED = ("flexbench.cli.parser", "flexbench.loop.build", "flexbench.report.paper_pages", "flexsat.closed_loop",
-            "lockstep.simulation", "lockstep.check.check_fmu",
-            "control")  # fmt: skip  # which a design imports when it begins, in a second
+            "lockstep.simulation", "lockstep.check.check_fmu")  # fmt: skip
 
 
 @pytest.fixture(scope="session")
