@@ -9,13 +9,14 @@ import pytest
 from flexsat.variants import AS_PUBLISHED, CORRECTED, OF_DESIGN, PUBLISHED, VARIANTS, Variant, chosen_by
 
 ROOT = Path(__file__).parents[2]
-# the parameter by its name: the variants, a table of a spacecraft's file, messages and texts that users read, and the
-# names of columns in the paper's stored results
+# the parameter by its name: the variants, a table of a spacecraft's file, messages and texts that users read, the
+# names of columns in the paper's stored results, and the option of `flexsat paper` that chooses variants
 NAMED = {
     "components/flexsat/variants.py",
     "components/flexsat/description/configuration.py",
     "components/flexsat/runtime/controller_parameters.py",
     "components/flexsat/fmu/documentation/controller_text.py",
+    "orchestrator/flexbench/cli/paper.py",
     "orchestrator/flexbench/studies/paper/published.py",
 }
 

@@ -27,10 +27,12 @@ def run_job(job):
     return run_as_delivered(job)
 
 
-def link_build(built, names, folder, *, options, without_native):
+def link_build(built, names, folder, print_line, *, options, without_native):
     """Stand in for a build of both layouts with FMUs in C."""
     assert (tuple(names), options, callable(without_native)) == (tuple(CONFIGURATIONS), STANDARD, True)
     shutil.copytree(built, folder, copy_function=os.link, ignore=shutil.ignore_patterns("flat", "closed"))
+    for path in sorted(folder.rglob("*.fmu")):
+        print_line(str(path))
 
 
 if __name__ == "__main__":

@@ -91,7 +91,7 @@ def test_the_sources_compile_without_warnings(unpacked, compiler):
 def test_the_command_of_the_documentation_builds_the_library(native_toy, tmp_path):
     command = compile_command("toy")
     notes = native_notes("toy", (), "2.0")
-    page = fill("hosting_native.html", model_name="toy", stop_time=1.0, step_size=0.01, output="angle",
+    page = fill("hosting_native.html", model_name="toy", file="toy.fmu", stop_time=1.0, step_size=0.01, output="angle",
                 native=notes, major="2")  # fmt: skip
     shown = html.unescape(re.search(r"<pre>\n(cc .*)\n</pre>", page.decode()).group(1))
     assert shown == command

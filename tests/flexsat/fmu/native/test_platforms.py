@@ -110,8 +110,8 @@ def test_folders_have_the_names_of_the_version():
 def test_the_documentation_lists_the_platforms():
     for fmi in ("2.0", "3.0"):
         notes = native_notes("toy", ALL, fmi)
-        page = fill("hosting_native.html", model_name="toy", stop_time=1.0, step_size=0.01, output="angle",
-                    native=notes, major=fmi[0]).decode()  # fmt: skip
+        page = fill("hosting_native.html", model_name="toy", file="toy.fmu", stop_time=1.0, step_size=0.01,
+                    output="angle", native=notes, major=fmi[0]).decode()  # fmt: skip
         for folder in folders(ALL, fmi):
             assert f"<li><code>{folder}</code>: " in page
             assert f"binaries/{folder}: " in external_dependencies(notes, fmi).decode()
