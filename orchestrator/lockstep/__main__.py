@@ -3,10 +3,10 @@
 import sys
 from collections.abc import Sequence
 
-from lockstep.cli.program import Program
+from lockstep.cli.program import CommandGroup
 from lockstep.interrupt import end_program
 
-PROGRAM = Program(
+PROGRAM = CommandGroup(
     "python -m lockstep",
     {
         "run": ("lockstep.cli.run", "simulate a system"),
@@ -23,7 +23,7 @@ PROGRAM = Program(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code, as `Program.run`: 130 after Ctrl-C, 143 after SIGTERM."""
+    """Run the command line and return the exit code, as `CommandGroup.run`: 130 after Ctrl-C, 143 after SIGTERM."""
     return PROGRAM.run(arguments)
 
 

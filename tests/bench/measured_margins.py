@@ -14,14 +14,16 @@ from pathlib import Path
 
 from flexbench.studies.margins.changed_loop import Change, fly
 from flexbench.studies.margins.real_plant import Corner, stability
-from flexbench.studies.margins.study import Settings, measure
+from flexbench.studies.margins.study import MeasurementSettings, measure
 from flexbench.studies.margins.system_loop import read_loop
 from flexbench.studies.spillover.corners import DELAY, GAINS, PHASE
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ALL_MODES
 from lockstep import load_system
 
-SETTINGS = Settings(length=10.0, settle=1, periods=2, quiet=True, zoom=4.0)  # modes cross gain one between lines
+SETTINGS = MeasurementSettings(
+    length=10.0, settle=1, periods=2, quiet=True, zoom=4.0
+)  # modes cross gain one between lines
 BEYOND = {  # near the margins that linear analysis finds
     "centralised": [Change(gain=6.0), Change(gain=7.0), Change(phase=60.0), Change(delay=0.1)],
     "distributed": [Change(gain=4.0), Change(phase=60.0), Change(delay=0.02), Change(delay=0.03)],

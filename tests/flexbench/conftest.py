@@ -16,8 +16,8 @@ from matplotlib.transforms import Bbox
 from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import ScenarioName, scalar_overrides, scenario_parameters
 from flexbench.studies.health.replay import MEASURED
-from flexbench.studies.layouts.outcome import QUANTITIES, Outcome
-from flexbench.studies.layouts.plan import DURATION, Comparison, Plan
+from flexbench.studies.layouts.outcome import QUANTITIES, RunOutcome
+from flexbench.studies.layouts.plan import DURATION, Comparison, ComparisonPlan
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.design.chain import Design, Designs, build_designs
 from flexsat.parameters import ConfigurationName
@@ -55,7 +55,7 @@ def compare_made() -> Callable[..., Comparison]:
         lost: Mapping[tuple[str, int], str] | None = None,
         durations: Mapping[ScenarioName, float] = DURATION,
     ) -> Comparison:
-        plan = Plan(seeds=range(1, len(centralised) + 1), duration=durations)
+        plan = ComparisonPlan(seeds=range(1, len(centralised) + 1), duration=durations)
         outcomes = []
         for seed, value in zip(plan.seeds, centralised, strict=True):
             other = (distributed or {}).get(seed, factor * value)
@@ -63,7 +63,7 @@ def compare_made() -> Callable[..., Comparison]:
                 reason = (lost or {}).get((name, seed), "")
                 for scenario in durations:
                     numbers = {one.key: number for one in QUANTITIES if one.scenario == scenario and not reason}
-                    outcomes.append(Outcome(configuration=name, scenario=scenario, seed=seed, numbers=numbers,
+                    outcomes.append(RunOutcome(configuration=name, scenario=scenario, seed=seed, numbers=numbers,
                                             windows=("steady part, 1 to 2 s",), lost=reason))  # fmt: skip
         errors = {seed: plan.dispersion.draw(seed) for seed in plan.seeds}
         return Comparison(plan=plan, modes=(198, 198), errors=errors, outcomes=outcomes, wheels={})

@@ -22,7 +22,7 @@ from .units import units_for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class KeyRow:
     """One key of a table."""
 
     key: str
@@ -33,12 +33,12 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
+class KeyTable:
     """One table of a file, and its keys."""
 
     title: str  # as it stands in a file
     meaning: str
-    rows: Sequence[Row]
+    rows: Sequence[KeyRow]
 
 
 # title, class, fields that a file does not give, keys that it has beside the fields: key, default, meaning
@@ -74,19 +74,19 @@ _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...
 )  # fmt: skip
 
 
-def schema() -> Iterator[Table]:
+def schema() -> Iterator[KeyTable]:
     """Yield the tables of a spacecraft's file in their usual order."""
     top = [
         ("name", "", "small letters, digits and _: FMUs are built to fmus/NAME"),
         ("layout", "the number of wheels", "shown in the documentation of the FMUs"),
         ("wheels, gyros, accelerometers", "", "lists of the next table"),
     ]
-    yield Table(title="at the top", meaning="", rows=[_plain(*one) for one in top])
-    yield Table(title='wheels = [{ at = "bus", axes = ["+x"] }]', meaning="", rows=[_plain(*one) for one in _ENTRY])
+    yield KeyTable(title="at the top", meaning="", rows=[_plain(*one) for one in top])
+    yield KeyTable(title='wheels = [{ at = "bus", axes = ["+x"] }]', meaning="", rows=[_plain(*one) for one in _ENTRY])
     for title, owner, without, also in _TABLES:
         rows = [_row(owner, item, comment) for item, comment in _commented(owner) if item.name not in without]
         meaning = (owner.__doc__ or "").partition("\n")[0]
-        yield Table(title=title, meaning=meaning, rows=[*rows, *(_plain(*one) for one in also)])
+        yield KeyTable(title=title, meaning=meaning, rows=[*rows, *(_plain(*one) for one in also)])
 
 
 def schema_markdown() -> str:
@@ -107,11 +107,11 @@ def schema_markdown() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _plain(key: str, default: str, meaning: str) -> Row:
-    return Row(key=key, unit="", default=default, range="", meaning=meaning)
+def _plain(key: str, default: str, meaning: str) -> KeyRow:
+    return KeyRow(key=key, unit="", default=default, range="", meaning=meaning)
 
 
-def _row(owner: type, item: Any, comment: str) -> Row:
+def _row(owner: type, item: Any, comment: str) -> KeyRow:
     hint = get_type_hints(owner, include_extras=True)[item.name]
     unit, limits = "", Range()
     options = [one for one in get_args(hint) if one is not type(None)]
@@ -135,7 +135,7 @@ def _row(owner: type, item: Any, comment: str) -> Row:
         default = ""
     else:
         default = _shown(item.default if item.default is not MISSING else item.default_factory())
-    return Row(key=item.name, unit=unit, default=default, range=text, meaning=comment.replace("|", "or"))
+    return KeyRow(key=item.name, unit=unit, default=default, range=text, meaning=comment.replace("|", "or"))
 
 
 def _shown(value: Any) -> str:

@@ -6,14 +6,14 @@ import re
 import tomllib
 from collections.abc import Sequence
 
-from flexbench.adapt.verdict import Change
+from flexbench.adapt.verdict import Correction
 from lockstep.errors import InputError
 
 _NEXT = re.compile(r"\s*\[")  # the header of a table
 _ENTRY = re.compile(r": (input|output) (\d+) \(")
 
 
-def corrected(text: str, changes: Sequence[Change], file: str) -> str:
+def corrected(text: str, changes: Sequence[Correction], file: str) -> str:
     """Return the text of an adapter file with changes, or raise InputError where it is written in another form."""
     lines = text.splitlines(keepends=True)
     for change in changes:
@@ -26,7 +26,7 @@ def corrected(text: str, changes: Sequence[Change], file: str) -> str:
     return "".join(lines)
 
 
-def _write(lines: list[str], direction: str, number: int, change: Change) -> bool:
+def _write(lines: list[str], direction: str, number: int, change: Correction) -> bool:
     """Replace or add the line of a key in the table of an entry; return whether that is possible."""
     header = re.compile(rf"\s*\[\[\s*{direction}\s*\]\]")
     begins = [k for k, line in enumerate(lines) if header.match(line)]

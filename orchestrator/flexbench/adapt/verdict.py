@@ -27,7 +27,7 @@ _FIELDS = {"direction": "rotation"}  # where a key has another name than in the 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Change:
+class Correction:
     """Hold one convention of one entry that may be wrong, and what to write instead."""
 
     number: int  # of the entry
@@ -42,7 +42,7 @@ class Verdict:
     """Hold the response, and the changes that correct it, the nearest to the reference first; each of one or two."""
 
     judgement: Judgement
-    cures: tuple[tuple[Change, ...], ...]
+    cures: tuple[tuple[Correction, ...], ...]
     axes: str  # a permutation of axes, described
     unseen: tuple[str, ...]  # inputs of the FMU that were constant
     constants: Mapping[str, object]  # what the adapter feeds to inputs without a port
@@ -64,7 +64,7 @@ def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdic
     judgement = _judged(fmu, adapter, excitation)
     moved = {*excitation.attitude, *excitation.rate}
     unseen = [b.entry for b in binding.inputs if not moved & {v.name for v in b.ports}]
-    cures: list[tuple[Change, ...]] = []
+    cures: list[tuple[Correction, ...]] = []
     axes = ""
     if judgement.problems and not judgement.silent:
         changes = _changes(binding, excitation)
@@ -100,8 +100,8 @@ def _judged(fmu: Path, adapter: Adapter, excitation: Excitation) -> Judgement:
 
 
 def _cures(
-    fmu: Path, adapter: Adapter, excitation: Excitation, sets: Sequence[tuple[Change, ...]], span: float
-) -> list[tuple[Change, ...]]:
+    fmu: Path, adapter: Adapter, excitation: Excitation, sets: Sequence[tuple[Correction, ...]], span: float
+) -> list[tuple[Correction, ...]]:
     """Return the sets of changes that give the right response, the nearest to the reference first."""
     responses = respond(fmu, [_changed(adapter, changes) for changes in sets], excitation, span) if sets else []
     judged = [
@@ -113,7 +113,7 @@ def _cures(
     return [changes for _, changes in sorted(good, key=lambda item: item[0])]
 
 
-def _changed(adapter: Adapter, changes: Sequence[Change]) -> Adapter:
+def _changed(adapter: Adapter, changes: Sequence[Correction]) -> Adapter:
     entries = list(adapter.entries)
     for change in changes:
         kept = entries[change.number]  # another change may have been made to the same entry
@@ -123,7 +123,7 @@ def _changed(adapter: Adapter, changes: Sequence[Change]) -> Adapter:
     return replace(adapter, entries=tuple(entries))
 
 
-def _changes(binding: Binding, excitation: Excitation) -> list[Change]:
+def _changes(binding: Binding, excitation: Excitation) -> list[Correction]:
     """Return every change that is possible in the entries of attitude, rate and torque."""
     touched = {*excitation.attitude, *excitation.rate, *excitation.torque}
     found = []
@@ -137,7 +137,7 @@ def _changes(binding: Binding, excitation: Excitation) -> list[Change]:
     return found
 
 
-def _wheel_signs(number: int, entry: AdapterEntry, excitation: Excitation) -> list[Change]:
+def _wheel_signs(number: int, entry: AdapterEntry, excitation: Excitation) -> list[Correction]:
     """Return the changes for a controller that counts all wheels along the body axes, where some point against them."""
     main = np.argmax(np.abs(excitation.wheel_axis), axis=1)
     along = [int(np.sign(axis[k])) for axis, k in zip(excitation.wheel_axis, main, strict=True)]
@@ -149,15 +149,15 @@ def _wheel_signs(number: int, entry: AdapterEntry, excitation: Excitation) -> li
         sign = tuple(float(value) for value in np.array(signs) * np.array(entry.sign))
         remedy = f"sign = {[int(value) for value in sign]}"
         error = f"wheel axes that point the other way: {location}"
-        found.append(Change(number=number, key="sign", error=error, remedy=remedy, entry=replace(entry, sign=sign)))
+        found.append(Correction(number=number, key="sign", error=error, remedy=remedy, entry=replace(entry, sign=sign)))
     return found
 
 
-def _changes_of(number: int, entry: AdapterEntry, declared: str | None, port_unit: str | None) -> list[Change]:
+def _changes_of(number: int, entry: AdapterEntry, declared: str | None, port_unit: str | None) -> list[Correction]:
     location = entry.location.partition(": ")[2]
 
-    def change(key: str, error: str, remedy: str, **values: object) -> Change:
-        return Change(
+    def change(key: str, error: str, remedy: str, **values: object) -> Correction:
+        return Correction(
             number=number, key=key, error=f"{error}: {location}", remedy=remedy, entry=replace(entry, **values)  # type: ignore[arg-type]
         )  # fmt: skip
 

@@ -20,7 +20,7 @@ from lockstep.whole_file import write_whole
 from ..engine.dispatch import dispatch
 from ..engine.fingerprint import code, fingerprint
 from ..engine.pools import LocalPool, Pool, settings_of
-from ..engine.tasks import Outcome, Settings, Task
+from ..engine.tasks import Task, TaskOutcome, TaskSettings
 from ..loop.fmu_choice import PrintLine
 from ..runs.json_file import read_json, write_json
 from .campaign_file import read_campaign
@@ -29,11 +29,11 @@ from .histories import Histories, percentiles, unpacked
 from .journal import Journals, entries
 from .orders import Orders, prepare
 from .progress import Counter, shown
-from .result_file import ABOUT, BANDS, TIMINGS, Results, Row, results_of, write_results, write_table
+from .result_file import ABOUT, BANDS, TIMINGS, Results, RunRow, results_of, write_results, write_table
 
 FILE, ORDERS, RUNS = "campaign.toml", "orders.pickle", "runs"
 BLOCK = 50  # runs between two looks at whether the campaign is to end
-MakePool = Callable[[Settings], Pool]
+MakePool = Callable[[TaskSettings], Pool]
 Until = Callable[[Results], bool]  # of the first so many runs, whether they are enough
 Entry = Mapping[str, Any]  # of a journal
 
@@ -202,7 +202,7 @@ def task_of(orders: Orders, number: int, *, histories: Histories | None = None) 
     return Task(number=number, title=f"run {number}", function=fly, arguments=(order,), files=orders.files_of(number))
 
 
-def entry_of(outcome: Outcome) -> Entry:
+def entry_of(outcome: TaskOutcome) -> Entry:
     """Return what a journal keeps of an outcome."""
     flown: Flown | None = outcome.result
     rises = {} if flown is None or not flown.rises else {"rises": base64.b85encode(flown.rises).decode()}
@@ -241,10 +241,10 @@ def rises_of(entry: Entry) -> bytes:
     return base64.b85decode(entry["rises"]) if "rises" in entry else b""
 
 
-def row_of(orders: Orders, entry: Entry) -> Row:
+def row_of(orders: Orders, entry: Entry) -> RunRow:
     """Return the row of a run."""
     case, system = orders.case_of(entry["number"])
-    return Row(
+    return RunRow(
         number=entry["number"],
         case=case,
         system=system,
@@ -257,7 +257,7 @@ def row_of(orders: Orders, entry: Entry) -> Row:
     )
 
 
-def _keep_history(outcome: Outcome, folder: Path) -> None:
+def _keep_history(outcome: TaskOutcome, folder: Path) -> None:
     """Write the results folder of a run, before the run counts."""
     flown: Flown | None = outcome.result
     if flown is not None and flown.folder:
@@ -296,7 +296,7 @@ def _keep_worst(orders: Orders, folder: Path, make_pool: MakePool, count: int) -
         pool.close()
 
 
-def _write(folder: Path, rows: list[Row], found: list[Entry], orders: Orders, about: Mapping[str, Any]) -> None:
+def _write(folder: Path, rows: list[RunRow], found: list[Entry], orders: Orders, about: Mapping[str, Any]) -> None:
     """Merge what the journals hold."""
     kinds = {"number": pa.int64(), "attempts": pa.int64(), "wall_time": pa.float64(), "worker": pa.string(),
              "ended": pa.float64()}  # fmt: skip
@@ -317,7 +317,7 @@ def _write(folder: Path, rows: list[Row], found: list[Entry], orders: Orders, ab
     write_results(folder, rows, about)  # the last file: what reads results finds the others
 
 
-def _bands(rows: list[Row], found: list[Entry], orders: Orders) -> Iterator[dict[str, list[Any]]]:
+def _bands(rows: list[RunRow], found: list[Entry], orders: Orders) -> Iterator[dict[str, list[Any]]]:
     for system in orders.names:
         for place, band in enumerate(orders.campaign.histories.bands):
             chosen = [entry["bands"][place] for row, entry in zip(rows, found, strict=True)

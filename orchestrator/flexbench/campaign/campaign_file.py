@@ -13,7 +13,7 @@ from lockstep.errors import InputError, suggestion
 from .distributions import CASE, Drawn, read_drawn
 from .histories import Histories, read_histories
 from .metrics import METRIC_KEYS, MetricSource, read_metrics
-from .statistics.sample import Metric, Requirement
+from .statistics.sample import Metric, MetricRequirement
 from .toml_values import flag_of, number_of, one_of, refuse_unknown, text_of, texts_of, whole_of
 
 Sampling = Literal["random", "latin-hypercube", "sobol", "saltelli", "grid", "one-at-a-time", "table"]
@@ -73,7 +73,7 @@ class Campaign:
     correlations: Mapping[tuple[str, str], float]
     metrics: tuple[Metric, ...]
     sources: Mapping[str, MetricSource]  # of each metric
-    requirements: tuple[Requirement, ...]
+    requirements: tuple[MetricRequirement, ...]
     histories: Histories
     hang_after: float = 60.0  # s of wall time without progress
     python: bool = False  # the FMUs of the system files, even if there are native ones beside them
@@ -244,7 +244,7 @@ def _correlations(entries: Any, names: Sequence[str], where: str) -> dict[tuple[
     return found
 
 
-def _requirement(entry: Any, metrics: Sequence[Metric], where: str) -> Requirement:
+def _requirement(entry: Any, metrics: Sequence[Metric], where: str) -> MetricRequirement:
     if not isinstance(entry, dict):
         raise InputError(f"{where}: must be a table; write [[requirement]]")
     refuse_unknown(entry, _REQUIREMENT, where)
@@ -261,7 +261,7 @@ def _requirement(entry: Any, metrics: Sequence[Metric], where: str) -> Requireme
     for key, value in shares.items():
         if value is not None and not 0.0 < value < 1.0:
             raise InputError(f"{where}: {key} = {value!r}: must be between 0 and 1")
-    return Requirement(
+    return MetricRequirement(
         name=text_of(entry, "name", where, metric.name),
         metric=metric.name,
         most=None if limits["most"] is None else limits["most"] * scale,

@@ -23,7 +23,7 @@ from ..runs.loop_numbers import QUANTITIES, LoopNumbers, numbers_of, settling_ba
 from ..runs.loop_signals import LoopSignals, read_loop
 from ..runs.run_folder import read_run
 from ..studies.budget.evaluate import AXES as AXES_OF_BUDGET
-from ..studies.budget.evaluate import INDICES, ErrorHistory, Windows, index_values, sizes, steady_error
+from ..studies.budget.evaluate import INDICES, ErrorHistory, IndexWindows, index_values, sizes, steady_error
 from ..studies.budget.indices import at_level
 from .histories import Band, packed, sampled
 from .metrics import LOOP, MetricSource, share_of
@@ -137,7 +137,7 @@ def _taken(values: Array, take: str) -> float:
 def _budget(history: ErrorHistory, source: MetricSource) -> float | None:
     index = next(one for one in INDICES if one == source.index)
     axis = next(one for one in AXES_OF_BUDGET if one == source.axis)
-    values = index_values(history, index, source.windows or Windows())
+    values = index_values(history, index, source.windows or IndexWindows())
     return float(at_level(sizes(values, axis), source.level)) if len(values) else None
 
 

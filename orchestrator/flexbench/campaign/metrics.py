@@ -11,7 +11,7 @@ from lockstep.system.unit_table import UNITS
 from lockstep.system.units import conversion
 
 from ..runs.loop_monitor import KINDS, NEEDED
-from ..studies.budget.evaluate import AXES, INDICES, Windows
+from ..studies.budget.evaluate import AXES, INDICES, IndexWindows
 from ..studies.budget.requirements import LEVEL, TIMES, Time
 from .toml_values import number_of, one_of, refuse_unknown, text_of
 
@@ -46,7 +46,7 @@ class MetricSource:
     index: str = ""
     axis: str = ""
     level: float = LEVEL
-    windows: Windows | None = None
+    windows: IndexWindows | None = None
 
     @property
     def of_signal(self) -> bool:
@@ -125,10 +125,10 @@ def _of_budget(entry: Mapping[str, Any], where: str) -> MetricSource:
         if key not in TIMES[next(one for one in INDICES if one == index)]:
             raise InputError(f"{where}: {key} = {value:g}: {index} has none; leave it out")
     if "window" in times and "observation" not in times:
-        times["observation"] = max(times["window"], Windows().observation)
+        times["observation"] = max(times["window"], IndexWindows().observation)
     axis = one_of(entry, "axis", tuple(AXES), where, "line_of_sight")
     try:
-        windows = Windows(**times)
+        windows = IndexWindows(**times)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     return MetricSource(of="budget", index=index, axis=axis, level=level, windows=windows)

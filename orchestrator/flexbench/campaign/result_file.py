@@ -20,14 +20,14 @@ from lockstep.whole_file import write_whole
 
 from ..runs.json_file import read_json
 from .distributions import Value
-from .statistics.sample import Metric, Requirement
+from .statistics.sample import Metric, MetricRequirement
 
 ABOUT, RESULTS, TIMINGS, BANDS = "campaign.json", "results.parquet", "timings.parquet", "bands.parquet"
 INPUT, METRIC = "input.", "metric."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class RunRow:
     """One run: what it was given, and what it came to."""
 
     number: int
@@ -64,12 +64,12 @@ class Results:
         keys = ("name", "unit", "shown_unit", "scale")
         return tuple(Metric(**{key: one[key] for key in keys}) for one in self.about["metrics"])
 
-    def requirement_list(self) -> tuple[Requirement, ...]:
+    def requirement_list(self) -> tuple[MetricRequirement, ...]:
         """Return the requirements, in SI."""
-        return tuple(Requirement(**one) for one in self.about["requirements"])
+        return tuple(MetricRequirement(**one) for one in self.about["requirements"])
 
 
-def results_of(rows: Sequence[Row], about: Mapping[str, Any]) -> Results:
+def results_of(rows: Sequence[RunRow], about: Mapping[str, Any]) -> Results:
     """Return rows as columns."""
     inputs = [one["name"] for one in about["inputs"]]
     metrics = [one["name"] for one in about["metrics"]]
@@ -89,7 +89,7 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def write_results(folder: Path, rows: Sequence[Row], about: Mapping[str, Any]) -> Path:
+def write_results(folder: Path, rows: Sequence[RunRow], about: Mapping[str, Any]) -> Path:
     """Write results.parquet and return its path."""
     fields: list[tuple[pa.Field, list[Any]]] = [
         (pa.field("number", pa.int64()), [row.number for row in rows]),

@@ -16,7 +16,7 @@ from flexsat.arrays import Array
 from lockstep import InputError
 
 from .result_file import BANDS, RESULTS, Results, read_results
-from .statistics.sample import Metric, Requirement, Sample, direction
+from .statistics.sample import Metric, MetricRequirement, Sample, direction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +26,7 @@ class CampaignResults:
     folder: Path
     content: Mapping[str, Any]  # of campaign.json
     metrics: tuple[Metric, ...]
-    requirements: tuple[Requirement, ...]
+    requirements: tuple[MetricRequirement, ...]
     samples: tuple[Sample, ...]  # of each system, in the order of the campaign
 
     @property

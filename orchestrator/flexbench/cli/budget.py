@@ -21,7 +21,7 @@ from lockstep.errors import InputError
 from .options import DEFAULT_SEED, SETTLED_HELP
 
 if TYPE_CHECKING:
-    from ..studies.budget.evaluate import Windows
+    from ..studies.budget.evaluate import IndexWindows
 
 _EXAMPLES = """
 exit code: 0 all requirements pass, 1 one fails, 2 bad input
@@ -79,11 +79,11 @@ class EvaluationOptions:
     level: tuple[float, ...]
     start: float | None
 
-    def windows(self) -> Windows:
+    def windows(self) -> IndexWindows:
         """Return the windows of the indices."""
-        from ..studies.budget.evaluate import Windows
+        from ..studies.budget.evaluate import IndexWindows
 
-        return Windows(window=self.window, separation=self.separation, observation=self.observation)
+        return IndexWindows(window=self.window, separation=self.separation, observation=self.observation)
 
     def levels(self) -> tuple[float, ...]:
         """Return the shares of times."""

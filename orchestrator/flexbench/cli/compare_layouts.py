@@ -64,7 +64,7 @@ def compare_layouts(
     from ..runs.study_folder import study_folder
     from ..studies.layouts import tables
     from ..studies.layouts.dispersions import dispersion_of
-    from ..studies.layouts.plan import COMPARED, Plan
+    from ..studies.layouts.plan import COMPARED, ComparisonPlan
     from ..studies.layouts.study import run_layouts
 
     chosen = choose(configuration, fmus)
@@ -73,7 +73,7 @@ def compare_layouts(
             f"--configuration {' '.join(one.name for one in chosen)}: give two spacecraft with FMUs in one folder, each"
             " with --configuration; `flexsat campaign` simulates any number of systems"
         )
-    plan = Plan(
+    plan = ComparisonPlan(
         layouts=tuple(one.name for one in chosen),
         seeds=seeds(seed_count),
         dispersion=dispersion_of(percentages(dispersion)),

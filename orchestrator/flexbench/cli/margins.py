@@ -32,7 +32,7 @@ from .options import python_option, seed_option, seed_overrides
 if TYPE_CHECKING:
     from lockstep.system.component import Value
 
-    from ..studies.margins.study import Settings
+    from ..studies.margins.study import MeasurementSettings
 
 _EXAMPLES = """
 exit code: 0 the loop is stable, 1 it is not, 2 bad input
@@ -56,11 +56,11 @@ class MeasurementOptions:
     zoom: float
     amplitude: float | None
 
-    def settings(self, overrides: dict[str, Value]) -> Settings:
+    def settings(self, overrides: dict[str, Value]) -> MeasurementSettings:
         """Return them as the study takes them."""
-        from ..studies.margins.study import Settings
+        from ..studies.margins.study import MeasurementSettings
 
-        return Settings(
+        return MeasurementSettings(
             band=self.band,
             length=self.length,
             settle=self.settle,

@@ -6,13 +6,13 @@ import os
 from collections.abc import Sequence
 from typing import NoReturn
 
-from lockstep.cli.program import Program
+from lockstep.cli.program import CommandGroup
 
 # One thread a process: the matrices are small, and several runs share the machine. Before numpy is imported.
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-PROGRAM = Program(
+PROGRAM = CommandGroup(
     "flexsat",
     {
         "build": ("flexbench.cli.build", "build the FMUs, the system files and the interface document"),
@@ -55,7 +55,7 @@ PROGRAM = Program(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code, as `Program.run`: 130 after Ctrl-C, 143 after SIGTERM."""
+    """Run the command line and return the exit code, as `CommandGroup.run`: 130 after Ctrl-C, 143 after SIGTERM."""
     return PROGRAM.run(arguments)
 
 

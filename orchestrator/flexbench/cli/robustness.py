@@ -96,7 +96,7 @@ def robustness(
         if values is not None and what not in chosen:
             raise InputError(f"--{_OPTION.get(what, what)}: has no effect without --vary {what}")
     carried = _common(spacecraft)
-    plan = errors.Plan(
+    plan = errors.VariationPlan(
         levels={
             what: errors.LEVELS[what] if values is None else tuple(value / 100.0 for value in values)
             for what, values in given.items()

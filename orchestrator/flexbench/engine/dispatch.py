@@ -12,14 +12,14 @@ from lockstep.errors import RunError
 
 from .content import File
 from .pools import GONE, Answer, ClusterLost, DaskPool, Pool
-from .tasks import TRIES, Missing, NoResult, Outcome, Task
+from .tasks import TRIES, Missing, NoResult, Task, TaskOutcome
 
 _AHEAD = 2  # tasks that wait in the pool for each under way
 _LOOK = 0.2  # s between two calls of `idle`
 _OFTEN = 20  # times that files are sent for one task: others may come between, if workers come and go
 
 
-def dispatch(tasks: Iterable[Task], pool: Pool, idle: Callable[[], None] = lambda: None) -> Iterator[Outcome]:
+def dispatch(tasks: Iterable[Task], pool: Pool, idle: Callable[[], None] = lambda: None) -> Iterator[TaskOutcome]:
     """Carry out tasks; yield the outcome of each, in the order in which they end.
 
     Parameters
@@ -86,7 +86,7 @@ def _contents(missing: Missing, store: Path | None) -> dict[File, bytes]:
     return {file: (store / file.name).read_bytes() for file in missing.files}
 
 
-def _vanished(error: BaseException, task: Task, pool: Pool, times: int) -> Outcome | None:
+def _vanished(error: BaseException, task: Task, pool: Pool, times: int) -> TaskOutcome | None:
     """Return the outcome of a task whose worker vanished; None to begin it again; raise what is no such end."""
     if isinstance(pool, DaskPool) and pool.lost(error):
         raise ClusterLost(GONE) from None
@@ -97,4 +97,4 @@ def _vanished(error: BaseException, task: Task, pool: Pool, times: int) -> Outco
         raise RunError("the executor's processes ended; start it and repeat the command") from None
     if times < TRIES:
         return None
-    return Outcome(number=task.number, failure="vanished", cause="its worker vanished", attempts=times)
+    return TaskOutcome(number=task.number, failure="vanished", cause="its worker vanished", attempts=times)

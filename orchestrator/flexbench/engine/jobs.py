@@ -28,7 +28,7 @@ from .dispatch import dispatch
 from .fingerprint import fingerprint, of_system
 from .job_progress import ShownJobs, show_jobs
 from .pools import LocalPool, settings_of
-from .tasks import Outcome, Task
+from .tasks import Task, TaskOutcome
 from .worker import BugInWorker
 from .worker_process import in_worker, report_progress
 
@@ -179,7 +179,7 @@ def run_jobs(
     return [done[number] for number in range(len(jobs))]
 
 
-def _result(outcome: Outcome, job: Job, keep_failed: bool, keep_all: bool) -> Finished:
+def _result(outcome: TaskOutcome, job: Job, keep_failed: bool, keep_all: bool) -> Finished:
     if outcome.failure and keep_all:
         cause = str(outcome.error) if outcome.failure == "error" else f"{outcome.cause}, twice"
         return Finished(job=job, metrics={}, wall_time=0.0, simulated_time=0.0, failure=cause)

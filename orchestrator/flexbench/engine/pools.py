@@ -18,9 +18,9 @@ from .content import File
 from .tasks import (
     DiskFull,
     Missing,
-    Outcome,
-    Settings,
     Task,
+    TaskOutcome,
+    TaskSettings,
     carry_out,
     end_workers,
     forget_workers,
@@ -28,7 +28,7 @@ from .tasks import (
 )
 from .worker import Silence
 
-Answer = Outcome | Missing
+Answer = TaskOutcome | Missing
 _CONNECT = 10.0  # s to wait for a scheduler
 GONE = "the scheduler does not answer any more; start it and repeat the command"
 
@@ -40,7 +40,7 @@ class ClusterLost(RunError):
 class Pool(Protocol):
     """Something that carries out tasks."""
 
-    settings: Settings
+    settings: TaskSettings
 
     @property
     def size(self) -> int:
@@ -60,17 +60,20 @@ class Pool(Protocol):
         """Wait for tasks under way and end all processes."""
 
 
-def settings_of(limit: float | None = None, store: Path | None = None) -> Settings:
+def settings_of(limit: float | None = None, store: Path | None = None) -> TaskSettings:
     """Return the settings of a new pool; `limit` is how long a task may show no progress [s]."""
     silence = Silence() if limit is None else Silence(limit=limit)
-    return Settings(pool=uuid.uuid4().hex, silence=silence, store=None if store is None else store.absolute())
+    return TaskSettings(pool=uuid.uuid4().hex, silence=silence, store=None if store is None else store.absolute())
 
 
 class LocalPool:
     """Processes on this machine, one a core if no number is given. Each lives until the pool is closed."""
 
     def __init__(
-        self, settings: Settings, size: int | None = None, listener: Callable[[int, float, float], None] | None = None
+        self,
+        settings: TaskSettings,
+        size: int | None = None,
+        listener: Callable[[int, float, float], None] | None = None,
     ) -> None:
         self.settings = settings
         self.size = size or len(available_cores())
@@ -100,7 +103,7 @@ class LocalPool:
 class GivenPool:
     """An executor of the caller, which he shuts down himself. Its worker processes end once they are idle for long."""
 
-    def __init__(self, executor: Executor, settings: Settings, size: int = 1) -> None:
+    def __init__(self, executor: Executor, settings: TaskSettings, size: int = 1) -> None:
         self._executor, self.settings, self.size = executor, settings, size
 
     @property
@@ -124,7 +127,7 @@ class GivenPool:
 class DaskPool:
     """A Dask cluster. Its workers need the same version of flexsat; files reach them with the first task of each."""
 
-    def __init__(self, address: str, settings: Settings) -> None:
+    def __init__(self, address: str, settings: TaskSettings) -> None:
         self._distributed = _dask()
         self.settings = settings
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it notes on lost workers, we report
@@ -180,7 +183,7 @@ class DaskPool:
         return self._client.status != "running" or isinstance(error, self._distributed.comm.core.CommClosedError)
 
 
-def carry_out_on_cluster(task: Task, settings: Settings, contents: Mapping[File, bytes] | None) -> Answer:
+def carry_out_on_cluster(task: Task, settings: TaskSettings, contents: Mapping[File, bytes] | None) -> Answer:
     """Carry out a task in a thread of a Dask worker, whose address is its name."""
     address = _dask().get_worker().address
     return replace(carry_out(task, settings, contents), worker=address)

@@ -15,7 +15,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi.safe_zip import TemporaryFolderError
 
 from .content import File, found, receive
-from .worker import LostWorker, MachineFailure, Silence, Worker
+from .worker import LostWorker, MachineFailure, Silence, WorkerProcess
 
 Failure = Literal["", "error", "crash", "hang", "vanished"]
 TRIES = 2  # of a task whose process is lost
@@ -33,7 +33,7 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class TaskSettings:
     """What all tasks of a pool have in common. It travels with each."""
 
     pool: str  # name of the pool: its tasks share worker processes
@@ -42,7 +42,7 @@ class Settings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class TaskOutcome:
     """What came of a task."""
 
     number: int
@@ -73,13 +73,15 @@ class DiskFull(NoResult):
     """A machine cannot write what a task needs: no result of the task."""
 
 
-_workers: dict[tuple[str, int], Worker] = {}  # by pool and thread
+_workers: dict[tuple[str, int], WorkerProcess] = {}  # by pool and thread
 _listeners: dict[str, Callable[[int, float, float], None]] = {}  # to progress, by pool, where that is in this process
 _ended: set[str] = set()  # pools whose tasks are not to be carried out any more
 _lock = threading.Lock()
 
 
-def carry_out(task: Task, settings: Settings, contents: Mapping[File, bytes] | None = None) -> Outcome | Missing:
+def carry_out(
+    task: Task, settings: TaskSettings, contents: Mapping[File, bytes] | None = None
+) -> TaskOutcome | Missing:
     """Carry out a task in the worker process of this thread, twice if that is lost, and return what came of it."""
     if contents:
         receive(contents)
@@ -108,29 +110,29 @@ def carry_out(task: Task, settings: Settings, contents: Mapping[File, bytes] | N
             worker.restart()
             continue
         except TemporaryFolderError as error:
-            return Outcome(error=DiskFull(str(error)), **about)
+            return TaskOutcome(error=DiskFull(str(error)), **about)
         except (InputError, RunError) as error:
             about |= {"wall_time": perf_counter() - started, "ended": time()}
-            return Outcome(failure="error", cause=_line(error), error=error, **about)
-        return Outcome(result=result, wall_time=perf_counter() - started, ended=time(), **about)
+            return TaskOutcome(failure="error", cause=_line(error), error=error, **about)
+        return TaskOutcome(result=result, wall_time=perf_counter() - started, ended=time(), **about)
     assert lost is not None
     if isinstance(lost, MachineFailure):
         cause = f"{task.title}: {lost}, twice, on {socket.gethostname()}; mend that and give the same command again"
-        return Outcome(error=NoResult(cause), **about)
+        return TaskOutcome(error=NoResult(cause), **about)
     about |= {"wall_time": perf_counter() - started, "ended": time()}
-    return Outcome(failure=lost.kind, cause=lost.cause, **about)
+    return TaskOutcome(failure=lost.kind, cause=lost.cause, **about)
 
 
 def _line(error: BaseException) -> str:
     return " ".join(str(error).split())
 
 
-def _worker(pool: str) -> Worker:
+def _worker(pool: str) -> WorkerProcess:
     key = pool, threading.get_ident()
     with _lock:
         if pool in _ended:
             raise KeyboardInterrupt
-        return _workers.setdefault(key, Worker())
+        return _workers.setdefault(key, WorkerProcess())
 
 
 def worker_name() -> str:

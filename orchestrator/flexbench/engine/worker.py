@@ -58,7 +58,7 @@ class Silence:
         return f"no progress in {self.limit:g} s"
 
 
-class Worker:
+class WorkerProcess:
     """A process that carries out one task at a time. It is started for the first one, and again after it was lost."""
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from flexbench.studies.layouts.plan import Comparison
-from flexbench.studies.layouts.tables import PERCENT, Row, having
+from flexbench.studies.layouts.tables import PERCENT, ComparisonRow, having
 
 from .drawing import LOOKS, STYLE, WIDTH
 
@@ -19,7 +19,7 @@ OPEN = "0.45"  # colour of a quantity without a difference shown
 LARGEST = 30.0  # factor: what reaches beyond it is cut
 
 
-def layouts_figure(comparison: Comparison, rows: Sequence[Row]) -> Figure:
+def layouts_figure(comparison: Comparison, rows: Sequence[ComparisonRow]) -> Figure:
     """Draw the ratio of the second layout to the first of each quantity; colour says which layout has the lower value.
 
     A quantity that is compared by its difference, or has no pair, is not drawn.
@@ -60,7 +60,7 @@ def layouts_figure(comparison: Comparison, rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def pair_ratios(comparison: Comparison, row: Row) -> list[float]:
+def pair_ratios(comparison: Comparison, row: ComparisonRow) -> list[float]:
     """Return the ratio of each pair of runs that are not lost."""
     first, second = (comparison.of(name, row.quantity.scenario) for name in comparison.plan.layouts)
     found = []

@@ -23,7 +23,7 @@ from .windows import COARSE_BAND, FINE_BAND, Settling, Window, settlings, window
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Quantity:
+class LoopQuantity:
     """A history of the loop whose RMS and peak are given. Printed is the value over `scale`, in `unit`."""
 
     key: str
@@ -39,15 +39,15 @@ def _largest_torque(signals: Signals) -> Array:
 
 
 QUANTITIES = (
-    Quantity(key="pointing_error", label="pointing error", unit="arcsec", scale=ARCSECOND,
+    LoopQuantity(key="pointing_error", label="pointing error", unit="arcsec", scale=ARCSECOND,
              of=histories.pointing_error, needs=(histories.ATTITUDE, histories.ATTITUDE_REFERENCE)),
-    Quantity(key="rate_error", label="rate error", unit="deg/s", scale=DEGREE,
+    LoopQuantity(key="rate_error", label="rate error", unit="deg/s", scale=DEGREE,
              of=histories.rate_error, needs=(histories.RATE, histories.RATE_REFERENCE)),
-    Quantity(key="deformation", label="deformation", unit="µm", scale=1e-6,
+    LoopQuantity(key="deformation", label="deformation", unit="µm", scale=1e-6,
              of=histories.deformation, needs=(histories.DEFORMATION,)),
-    Quantity(key="torque", label="torque, sum over wheels", unit="N.m", scale=1.0,
+    LoopQuantity(key="torque", label="torque, sum over wheels", unit="N.m", scale=1.0,
              of=histories.torque_norm, needs=(histories.TORQUE,)),
-    Quantity(key="wheel_torque", label="torque, largest of a wheel", unit="N.m", scale=1.0,
+    LoopQuantity(key="wheel_torque", label="torque, largest of a wheel", unit="N.m", scale=1.0,
              of=_largest_torque, needs=(histories.TORQUE,)),
 )  # fmt: skip
 

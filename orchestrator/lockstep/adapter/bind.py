@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fnmatch import fnmatchcase
 
-from lockstep.adapter.conversion import Conversion, convert, flag
+from lockstep.adapter.conversion import EntryConversion, convert, flag
 from lockstep.array_names import array_of, elements_of, range_names, split_element, split_range
 from lockstep.errors import InputError, compact, siblings, suggestion
 from lockstep.fmi.model_description import Description, Variable
@@ -29,7 +29,7 @@ class Bound:
     entry: AdapterEntry
     ports: tuple[Variable, ...]
     variables: tuple[Variable, ...]
-    conversion: Conversion
+    conversion: EntryConversion
     hold: Variable | None = None
 
 
@@ -122,7 +122,7 @@ def _bound(entry: AdapterEntry, ports: Variables, fmu: Variables) -> Bound:
     )
 
 
-def _conversion(entry: AdapterEntry, ports: Sequence[Variable], variables: Sequence[Variable]) -> Conversion:
+def _conversion(entry: AdapterEntry, ports: Sequence[Variable], variables: Sequence[Variable]) -> EntryConversion:
     if all(v.type == "Boolean" for v in ports):
         _refuse_idle(entry, _OF_NUMBERS, "on Booleans; true and false give the numbers of the FMU")
         return flag(entry)

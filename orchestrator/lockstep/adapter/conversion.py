@@ -15,7 +15,7 @@ Map = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Conversion:
+class EntryConversion:
     """Map n port values to m FMU values by `to_fmu`, and back by `to_port`; n and m differ for attitudes only.
 
     The FMU's values are also matrix @ ports + rest, with shapes (m, n) and (m,); both are None if it is not linear.
@@ -29,7 +29,7 @@ class Conversion:
 
 def convert(
     entry: AdapterEntry, ports: int, variables: int, gain: Sequence[float], bias: Sequence[float]
-) -> Conversion:
+) -> EntryConversion:
     """Return the arithmetic of an entry between numbers of ports and of FMU variables.
 
     `gain` and `bias`, one for each FMU variable, take the unit of the port to that of the variable.
@@ -65,7 +65,7 @@ def convert(
     total, rest = factor * np.array(gain), factor * np.array(bias) + np.array(entry.offset)
     if np.any(total != 1.0) or np.any(rest):
         then(lambda vector: total * vector + rest, lambda vector: (vector - rest) / total)
-    return Conversion(
+    return EntryConversion(
         to_fmu=_chain(there),
         to_port=_chain(back),
         matrix=None if matrix is None else total[:, np.newaxis] * matrix,
@@ -73,10 +73,10 @@ def convert(
     )
 
 
-def flag(entry: AdapterEntry) -> Conversion:
+def flag(entry: AdapterEntry) -> EntryConversion:
     """Return the arithmetic of Boolean ports, 0 or 1: the FMU's numbers for true and false; all but `false` is true."""
     true, false = entry.true, entry.false
-    return Conversion(
+    return EntryConversion(
         to_fmu=lambda values: np.where(values != 0.0, true, false),
         to_port=lambda values: (values != false).astype(float),
     )

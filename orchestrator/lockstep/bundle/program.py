@@ -44,7 +44,7 @@ class Get:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class ComponentStep:
     """One step of a component, by its number: what to set before it, and to fetch after it."""
 
     component: int
@@ -83,20 +83,20 @@ class Initial:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Program:
+class BundleProgram:
     """All operations. `order` are components as they are initialised; `initial` is by component, as the system's."""
 
     order: Numbers
     initial: tuple[Initial, ...]
     slots: Mapping[Scalar, int]
     bus: Mapping[Scalar, int]
-    steps: tuple[Step, ...]
+    steps: tuple[ComponentStep, ...]
     rows: tuple[Mapping[Scalar, Numbers], ...]  # positions on the bus
     ticks: tuple[Tick, ...]  # of one cycle
     row_sizes: Mapping[Scalar, int]
 
 
-def program(contents: Contents) -> Program:
+def program(contents: Contents) -> BundleProgram:
     """Return the operations of a bundle."""
     return _Builder(contents).program()
 
@@ -109,15 +109,15 @@ class _Builder:
         self._numbers = {component.name: k for k, component in enumerate(contents.system.components)}
         self._names = list(self._numbers)
         self._outputs = [port for port in contents.ports if port.kind == "output"]
-        self._steps: dict[Step, int] = {}
+        self._steps: dict[ComponentStep, int] = {}
         self._rows: dict[tuple[tuple[Scalar, Numbers], ...], int] = {}
 
-    def program(self) -> Program:
+    def program(self) -> BundleProgram:
         ordered = sorted(self._initial.tasks, key=lambda task: not task.continuous)
         slots = self._slots()
         ticks = tuple(map(self._tick, range(self._layout.cycle)))
         row = next(iter(self._rows), ())
-        return Program(
+        return BundleProgram(
             order=tuple(self._numbers[task.name] for task in ordered),
             initial=tuple(self._initial_of(name, slots) for name in self._names),
             slots={s: sum(1 for _, scalar, _ in slots if scalar == s) for s in CARRIED},
@@ -140,7 +140,7 @@ class _Builder:
         for scalar in CARRIED:
             start, references = self._layout.fetched(task.name, scalar, task.begun(tick))
             gets += [self._get(task.name, scalar, references, start)] if references else []
-        step = Step(component=self._numbers[task.name], sets=self._sets(task, tick), gets=tuple(gets))
+        step = ComponentStep(component=self._numbers[task.name], sets=self._sets(task, tick), gets=tuple(gets))
         return self._steps.setdefault(step, len(self._steps))
 
     def _get(self, name: str, scalar: Scalar, references: list[int], start: int) -> Get:

@@ -12,7 +12,7 @@ from math import lcm
 
 from lockstep.bundle.contents import CARRIED, Contents
 from lockstep.bundle.ports import Port, carried
-from lockstep.bundle.program import Get, Initial, Program, Step, step_length
+from lockstep.bundle.program import BundleProgram, ComponentStep, Get, Initial, step_length
 from lockstep.bundle.shown import Shown
 from lockstep.fmi.fmi3_arrays import start_of
 from lockstep.fmi.model_description import Description, Variable
@@ -69,7 +69,7 @@ class _Writer:
 
 
 def program_bytes(
-    contents: Contents, program: Program, guid: str, folders: Mapping[str, str], variables: Sequence[Shown]
+    contents: Contents, program: BundleProgram, guid: str, folders: Mapping[str, str], variables: Sequence[Shown]
 ) -> bytes:
     """Return the program file.
 
@@ -223,7 +223,7 @@ def _write_initial(out: _Writer, initial: Initial) -> None:
     _write_gets(out, initial.bus)
 
 
-def _write_step(out: _Writer, step: Step) -> None:
+def _write_step(out: _Writer, step: ComponentStep) -> None:
     out.count(step.component)
     out.count(len(step.sets))
     for one in step.sets:

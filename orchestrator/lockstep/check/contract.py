@@ -51,7 +51,7 @@ class Served:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class ContractMatch:
     """How an FMU serves a contract."""
 
     contract: Contract
@@ -79,7 +79,7 @@ class Comparison:
         return served / max(len(matter), 1), len(self.served), len(self.hints)
 
 
-def compare(contract: Contract, model: Model) -> Comparison:
+def compare(contract: Contract, model: Model) -> ContractMatch:
     """Find the variable for every port of a contract: by its name, then by one that is spelt or counted differently."""
     by_name = {variable.name: variable for variable in model.variables}
     spelt = _Spellings(model.variables)
@@ -100,7 +100,7 @@ def compare(contract: Contract, model: Model) -> Comparison:
         else:
             served.append(Served(port=port, variable=variable, work=(*work, *more)))
     used = {s.variable.name for s in served}
-    return Comparison(
+    return ContractMatch(
         contract=contract,
         served=tuple(served),
         missing=tuple(missing),
@@ -208,7 +208,7 @@ def _few(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
     return {one: " or ".join(others) for one, others in groups.items() if len(others) <= _FEW}
 
 
-def choose(contracts: Sequence[Contract], model: Model, like: str | None) -> Comparison | None:
+def choose(contracts: Sequence[Contract], model: Model, like: str | None) -> ContractMatch | None:
     """Return the comparison with the contract that was asked for, or that fits best; None if no contract fits.
 
     Of several variants of a component, the one that fits best is taken. Without `like`, a contract fits if at

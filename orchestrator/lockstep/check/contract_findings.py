@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lockstep.array_names import array_of
-from lockstep.check.contract import Comparison, Contract, ContractPort, Served, choose, compare
+from lockstep.check.contract import Contract, ContractMatch, ContractPort, Served, choose, compare
 from lockstep.check.report.finding import Finding, Status
 from lockstep.check.static.model import Model
 from lockstep.errors import compact
@@ -52,7 +52,7 @@ def _finding(
     )
 
 
-def _direct(comparison: Comparison) -> Finding:
+def _direct(comparison: ContractMatch) -> Finding:
     contract, direct = comparison.contract, comparison.direct
     details = [
         f"{causality}s: {compact([s.port.name for s in direct if s.port.causality == causality], _ALL)}"
@@ -70,7 +70,7 @@ def _direct(comparison: Comparison) -> Finding:
     )
 
 
-def _adapter(comparison: Comparison) -> Finding:
+def _adapter(comparison: ContractMatch) -> Finding:
     adapted, title = comparison.adapted, "contract ports served through an adapter"
     if not adapted:
         return _finding("contract.adapter", title, "pass", "none needs an adapter")
@@ -87,12 +87,12 @@ def _adapter(comparison: Comparison) -> Finding:
     return _finding("contract.adapter", title, "warning", message, details)
 
 
-def _draft(comparison: Comparison) -> str:
+def _draft(comparison: ContractMatch) -> str:
     """Return how to make an adapter."""
     return f"draft one with `adapt`, --like {comparison.contract.name}, and give it to this check as --adapter FILE"
 
 
-def _missing(comparison: Comparison, asked: bool) -> Finding:
+def _missing(comparison: ContractMatch, asked: bool) -> Finding:
     title = "contract ports that the FMU does not have"
     if not comparison.missing:
         return _finding("contract.missing", title, "pass", "none")
@@ -117,7 +117,7 @@ def _lines(missing: Sequence[tuple[ContractPort, str]]) -> list[str]:
     return [compact(names, _ALL) + (f": {why}" if why else "") for why, names in groups.items()]
 
 
-def _unfed(comparison: Comparison) -> Finding:
+def _unfed(comparison: ContractMatch) -> Finding:
     title = "inputs of the FMU without a source in the system"
     if not comparison.unfed:
         return _finding("contract.unfed", title, "pass", "none")

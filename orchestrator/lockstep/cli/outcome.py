@@ -34,7 +34,7 @@ _HELP = "write the printed tables and the written files as JSON; - prints it"
 
 
 @dataclass(slots=True)
-class Outcome:
+class PrintedOutput:
     """What a command has printed so far."""
 
     tables: list[dict[str, Any]] = field(default_factory=list)
@@ -149,7 +149,7 @@ def reported(context: click.Context, then: str | None) -> Iterator[list[int]]:
     At the end the line of what to do next goes to standard error if that is a terminal, as progress bars do, and the
     JSON where `--json` says. If that is standard output, everything else goes to standard error.
     """
-    kept = Outcome()
+    kept = PrintedOutput()
     context.meta[_KEY] = kept
     path: Path | None = context.meta.get(_JSON)
     codes: list[int] = []
@@ -176,13 +176,15 @@ def on_terminal() -> bool:
     return sys.stderr.isatty()
 
 
-def _current() -> Outcome:
+def _current() -> PrintedOutput:
     context = click.get_current_context(silent=True)
     found = None if context is None else context.meta.get(_KEY)
-    return found if isinstance(found, Outcome) else Outcome()  # called outside a command: nothing to keep it for
+    return (
+        found if isinstance(found, PrintedOutput) else PrintedOutput()
+    )  # called outside a command: nothing to keep it for
 
 
-def _filled(then: str | None, context: click.Context, kept: Outcome) -> str | None:
+def _filled(then: str | None, context: click.Context, kept: PrintedOutput) -> str | None:
     """Return a text with what it names: the program, the path written first, parameters; None if one has no value."""
     if then is None:
         return None

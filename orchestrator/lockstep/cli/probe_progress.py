@@ -12,16 +12,16 @@ from lockstep.standard_streams import printable, unfiltered
 
 
 @contextmanager
-def show_probing(title: str) -> Iterator[Watch]:
+def show_probing(title: str) -> Iterator[ProbeProgress]:
     """Yield what `probe_latency` calls with the file of its progress."""
-    watch = Watch(title)
+    watch = ProbeProgress(title)
     try:
         yield watch
     finally:
         watch.close()
 
 
-class Watch:
+class ProbeProgress:
     """Print the progress that the process of the FMU writes to a file: one line of a terminal, several elsewhere."""
 
     def __init__(self, title: str) -> None:

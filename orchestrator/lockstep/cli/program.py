@@ -22,7 +22,7 @@ from lockstep.version import VERSION
 BUG = 70  # exit code of an error of the program itself: EX_SOFTWARE of sysexits.h
 
 
-class Program(click.Group):
+class CommandGroup(click.Group):
     """A group of commands, each in a module of its own that is imported when the command is called.
 
     A module holds its command under its own name: `lockstep.cli.write_ssp` has the command `write_ssp`.

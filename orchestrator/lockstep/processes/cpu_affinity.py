@@ -42,7 +42,7 @@ Times = tuple[float, float]
 
 
 @dataclass(slots=True, eq=False)
-class Worker:
+class WorkerLoad:
     """One worker's process, and what it did since the last judgement."""
 
     pid: int
@@ -60,8 +60,8 @@ class CoreAssignment:
         self._all = available_cores()  # as the user started the master
         self._core: int | None = None  # that workers are pinned to, and the thread, if it may be
         self._pins_thread = False
-        self._workers: list[Worker] = []
-        self.timed: set[Worker] = set()  # while they have something to do
+        self._workers: list[WorkerLoad] = []
+        self.timed: set[WorkerLoad] = set()  # while they have something to do
         self._times: dict[int, Times] = {}  # at the last judgement, by thread
         self._last = self._next = self._settled = 0.0  # [s]
         self._pause = _INTERVAL
@@ -85,25 +85,25 @@ class CoreAssignment:
             for worker in self._workers:
                 self._place(worker, pinned=False)
 
-    def add(self, pid: int, last_call: LastCall, link: WorkerLink) -> Worker:
+    def add(self, pid: int, last_call: LastCall, link: WorkerLink) -> WorkerLoad:
         """Add a worker that was just started."""
         if not self._workers:
             self._all = available_cores()
             self._pause = _INTERVAL
             self._pins_thread = getattr(_local, "own", False)
-        worker = Worker(pid, last_call, link)
+        worker = WorkerLoad(pid, last_call, link)
         self._workers.append(worker)
         self._next = monotonic() + _INTERVAL if len(self._all) > 1 else math.inf
         return worker
 
-    def remove(self, worker: Worker) -> None:
+    def remove(self, worker: WorkerLoad) -> None:
         """Remove a worker that ends. After the last one the master may use all its cores again."""
         self.timed.discard(worker)
         self._workers.remove(worker)
         if not self._workers:
             self.release()
 
-    def message_sent(self, worker: Worker, now: float) -> None:
+    def message_sent(self, worker: WorkerLoad, now: float) -> None:
         """Note a message to a worker at this time [s]; needed for one in SAMPLE, and while others are timed."""
         for other in self.timed:
             other.link.overlap += SAMPLE * worker.link.step
@@ -114,7 +114,7 @@ class CoreAssignment:
             )  # the wall clock would count the worker's own work, where that comes first
             self.look(now)
 
-    def waits(self, worker: Worker) -> None:
+    def waits(self, worker: WorkerLoad) -> None:
         """Note that the master has nothing left to do but wait for a worker that is timed."""
         self.timed.discard(worker)
         worker.link.overlap += SAMPLE * (thread_time() - worker.link.since)
@@ -181,7 +181,7 @@ class CoreAssignment:
                 self._place(worker, pinned=saved < _WAKING and link.step < _LONG)
                 worker.busy, link.messages, link.overlap = busy, 0, 0.0
 
-    def _place(self, worker: Worker, *, pinned: bool) -> None:
+    def _place(self, worker: WorkerLoad, *, pinned: bool) -> None:
         """Pin a worker to the master's core, or release it."""
         if pinned != worker.pinned:
             worker.pinned = pinned

@@ -33,7 +33,7 @@ Key = tuple[tuple[int, ...], bool, tuple[int, ...]]  # sets, whether to step, ge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Program:
+class CommandCalls:
     """The calls that the worker makes at one command."""
 
     number: int  # 0 for a message
@@ -65,7 +65,7 @@ class RemoteSlave:
         self._waiting = self._ready = self._closed = False
         self._answer: Answer | None = None  # to the request that is waited for, if others needed the connection
         self._ports: dict[tuple[str, Scalar, bytes], tuple[int, Buffer]] = {}
-        self._programs: dict[Key, Program] = {}
+        self._programs: dict[Key, CommandCalls] = {}
         self._under_way = self._single("Instantiate")
         self._pending: dict[int, None] = {}  # sets to send with the next step, in order
         self._current = _NONE  # gets whose regions hold the present values
@@ -171,7 +171,7 @@ class RemoteSlave:
             step.sets, step.program = sets, program = sets, self.program((sets, True, tuple(step.expected)))
         self._run(program)
 
-    def begin_program(self, program: Program, time: float, length: float) -> None:
+    def begin_program(self, program: CommandCalls, time: float, length: float) -> None:
         """Send a step, with the sets and gets of its program."""
         self._last, self._used = None, []
         connection, reals = self.connection, self._last_call.reals
@@ -180,7 +180,7 @@ class RemoteSlave:
         reals[STEP] = self._length = length
         self._run(program)
 
-    def adopt(self, program: Program, length: float) -> None:
+    def adopt(self, program: CommandCalls, length: float) -> None:
         """Wait for a step that C has sent, when it is to be completed."""
         self._under_way, self._waiting, self._length = program, True, length
         self._time = self.connection.adopt(self, program.calls)
@@ -264,18 +264,18 @@ class RemoteSlave:
             self._complete()
         self._current = _NONE
 
-    def _run(self, program: Program) -> None:
+    def _run(self, program: CommandCalls) -> None:
         """Send the command of a program; its answer has to be waited for."""
         self._pending.clear()
         self._under_way = program
         self._waiting = True
         self.connection.send(self, program.calls, program.number)
 
-    def _single(self, name: str) -> Program:
+    def _single(self, name: str) -> CommandCalls:
         """Return a message that leads to one call."""
-        return Program(number=0, calls=of_one(self.name, self.prefix, [name]), gets=frozenset())
+        return CommandCalls(number=0, calls=of_one(self.name, self.prefix, [name]), gets=frozenset())
 
-    def program(self, key: Key) -> Program:
+    def program(self, key: Key) -> CommandCalls:
         """Return the program that makes these calls of ports; it is sent to the worker once."""
         if key in self._programs:
             return self._programs[key]
@@ -284,7 +284,7 @@ class RemoteSlave:
         names = self.connection.ports
         calls = (*(names[port] for port in sets), *(("DoStep",) * steps), *(names[port] for port in gets))
         self.connection.programs = number = self.connection.programs + 1
-        program = Program(number=number, calls=of_one(self.name, self.prefix, calls), gets=frozenset(gets))
+        program = CommandCalls(number=number, calls=of_one(self.name, self.prefix, calls), gets=frozenset(gets))
         self._programs[key] = program
         return program
 
@@ -330,7 +330,7 @@ class _Step:
     def __init__(self, slave: RemoteSlave) -> None:
         self.expected: list[int] = []
         self.sets: tuple[int, ...] = ()
-        self.program: Program | None = None  # for these sets, and the gets expected
+        self.program: CommandCalls | None = None  # for these sets, and the gets expected
         self._begin = slave.begin
 
     def __call__(self, time: float, length: float, _no_set_state: int) -> int:

@@ -45,7 +45,7 @@ _CALLS = {
 }
 
 Transfer = Callable[[], int]
-Program = Callable[[], bytes]  # returns the message that answers, if there is anything to say
+Routine = Callable[[], bytes]  # returns the message that answers, if there is anything to say
 
 
 class Worker:
@@ -57,7 +57,7 @@ class Worker:
         self.hosts: dict[int, HostedFmu] = {}
         self.closing = False  # nothing is left to do
         self.ports: list[Transfer] = []
-        self.programs: list[Program] = [lambda: b""]
+        self.programs: list[Routine] = [lambda: b""]
         self.calls: list[str] = []  # of the ports, as FMI names them after its prefix
         self._process = os.getpid()
         self.names: list[str] = []  # of the components
@@ -77,7 +77,7 @@ class Worker:
         if self._sent[speaker] + len(waiting) > _MOST_MESSAGES and len(waiting) > 3:
             waiting.popleft()
 
-    def _program(self, host: HostedFmu, sets: list[int], steps: bool, gets: list[int]) -> Program:
+    def _program(self, host: HostedFmu, sets: list[int], steps: bool, gets: list[int]) -> Routine:
         """Return a program that makes calls of one FMU."""
         before, after = [self.ports[number] for number in sets], [self.ports[number] for number in gets]
         names = (*(self.calls[k] for k in sets), *(("DoStep",) * steps), *(self.calls[k] for k in gets))

@@ -28,7 +28,7 @@ _GROUP_BYTES = 32_000_000  # of one row group; bounds the memory. Half as many t
 _ROOM = 4  # groups that have to fit on the disk, or the file is made at the end: the stream needs the space first
 
 
-class Conversion:
+class HistoryConversion:
     """The compressed file of a run that goes on. What cannot be done beside the run is done at its end."""
 
     def __init__(
@@ -130,7 +130,7 @@ class Conversion:
 
 
 def convert(folder: Path, rows: int) -> None:
-    """Convert the stream of a run that has ended; raises as `Conversion.finish` does."""
+    """Convert the stream of a run that has ended; raises as `HistoryConversion.finish` does."""
     with _refusing(), read_batches(folder / STREAM) as (schema, batches):
         file = _ParquetFile(folder, None, schema)
         try:

@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from lockstep.processes.cpu_affinity import core_assignment
 from lockstep.results.blocks import Block, Columns, Copied, Piece, Rows, piece_of, schema_of
-from lockstep.results.conversion import Conversion
+from lockstep.results.conversion import HistoryConversion
 from lockstep.results.monitor import Found, Observed
 from lockstep.results.read import PARQUET, open_batches
 from lockstep.results.signal_patterns import Signal
@@ -79,7 +79,9 @@ class Recorder:
         cores = core_assignment().cores
         path = folder / (STREAM if saved is None else _CONTINUED)
         self._stream = StreamWriter(path, self._columns.schema, cores)
-        self._conversion = Conversion(folder, self._columns.schema, self._columns.size, cores, only_stream=scratch)
+        self._conversion = HistoryConversion(
+            folder, self._columns.schema, self._columns.size, cores, only_stream=scratch
+        )
         if saved is not None:
             self._continue(saved)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lockstep.tick.accounts import WAITING, Accounts
 from lockstep.tick.compiled import load, unit_of_stamps
 from lockstep.tick.operations import Action, Clock, Program, Rows, Times
-from lockstep.tick.pack import Table, address, pack
+from lockstep.tick.pack import ProgramTable, address, pack
 from lockstep.tick.python_tick import LOOK_INTERVAL
 from lockstep.tick.requests import Requests
 from lockstep.tick.step_threads import StepThreads, ThreadLimit
@@ -217,7 +217,7 @@ class Watch:
         self._thread.join()
 
 
-def _state(table: Table, times: Times, first: int) -> TickState:
+def _state(table: ProgramTable, times: Times, first: int) -> TickState:
     state = TickState()
     state.operations = addressof(table.operations)
     state.order, state.begins, state.ends = (address(a) for a in (table.order, table.begins, table.ends))

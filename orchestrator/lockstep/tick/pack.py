@@ -61,7 +61,7 @@ class Packed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
+class ProgramTable:
     """A whole program for C. It keeps all memory alive that C uses."""
 
     entries: list[Packed]
@@ -74,7 +74,7 @@ class Table:
     sizes: dict[int, int]  # how many operations each block has, by identity
 
 
-def pack(program: Program, accounts: Accounts) -> Table:
+def pack(program: Program, accounts: Accounts) -> ProgramTable:
     """Return the table of a program; equal ticks share their part of it."""
     entries: list[Packed] = []
     jobs: dict[str, int] = {}
@@ -95,7 +95,7 @@ def pack(program: Program, accounts: Accounts) -> Table:
                 order += numbers[id(block)]
             spans[key] = (begin, len(order))
         places.append(spans[key])
-    return Table(
+    return ProgramTable(
         entries=entries,
         operations=_structures(entries),
         order=np.array(order or [0], np.uint32),

@@ -12,7 +12,7 @@ from lockstep.fmi.native_call import step_apart
 from lockstep.operating_system import available_cores
 from lockstep.tick.bound_operations import action
 from lockstep.tick.operations import Begin, Block, Finish, Program, Step
-from lockstep.tick.pack import Table
+from lockstep.tick.pack import ProgramTable
 from lockstep.tick.structures import TickState
 from lockstep.tick.thread_choice import ThreadChoice
 from lockstep.tick.threads import Jobs
@@ -55,7 +55,7 @@ class StepThreads:
     def __init__(
         self,
         library: CDLL,
-        table: Table,
+        table: ProgramTable,
         program: Program,
         limit: ThreadLimit,
         state: TickState,

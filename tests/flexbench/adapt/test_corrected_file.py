@@ -3,7 +3,7 @@
 import pytest
 
 from flexbench.adapt.corrected_file import corrected
-from flexbench.adapt.verdict import Change
+from flexbench.adapt.verdict import Correction
 from lockstep.adapter.read import read_adapter
 from lockstep.errors import InputError
 
@@ -34,7 +34,7 @@ def change(folder, number, key, remedy, text=TEXT):
     """Return a change of an entry of an adapter file."""
     path = folder / "input 3 (x).toml"
     path.write_text(text, encoding="utf-8")
-    return Change(number=number, key=key, error="wrong", remedy=remedy, entry=read_adapter(path).entries[number])
+    return Correction(number=number, key=key, error="wrong", remedy=remedy, entry=read_adapter(path).entries[number])
 
 
 def test_a_key_is_replaced_or_added_in_its_entry_alone(tmp_path):

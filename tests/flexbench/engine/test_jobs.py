@@ -202,13 +202,13 @@ def test_what_a_machine_refuses_twice_is_no_result_and_no_bug(error, cause):
 def test_a_task_whose_worker_is_lost_while_the_pool_ends_is_not_begun_again(monkeypatch):
     begun = []
 
-    class Lost(tasks.Worker):
+    class Lost(tasks.WorkerProcess):
         def run(self, *_):
             begun.append(self)
             pool.end()
             raise LostWorker("vanished", "its process was killed (SIGKILL)")
 
-    monkeypatch.setattr(tasks, "Worker", Lost)
+    monkeypatch.setattr(tasks, "WorkerProcess", Lost)
     pool = LocalPool(settings_of(), 1)
     try:
         with pytest.raises(KeyboardInterrupt):

@@ -13,7 +13,7 @@ from flexbench.cli.parser import PROGRAM
 from flexbench.engine.jobs import run_job
 from flexbench.loop.fmu_choice import kind_of
 from flexbench.studies.budget import split
-from flexbench.studies.budget.evaluate import Windows
+from flexbench.studies.budget.evaluate import IndexWindows
 from flexbench.studies.health import study as health
 from flexbench.studies.layouts import study as layouts
 from flexbench.studies.layouts.plan import Plan as Layouts
@@ -47,7 +47,7 @@ def studies(fmus, folder):
         health: partial(health.run_health, system, folder, (1, 2), 50.0, {}, None),
         waterfall: partial(waterfall.sweep, system, known, folder, 2, 1.0, 1, (50.0, 60.0)),
         layouts: partial(layouts.run_layouts, fmus, folder, Layouts(seeds=(1, 2), duration={"fine_pointing": 1.0})),
-        split: partial(split.split_budget, system, folder, 1, 300.0, Windows()),
+        split: partial(split.split_budget, system, folder, 1, 300.0, IndexWindows()),
     }  # fmt: skip
 
 

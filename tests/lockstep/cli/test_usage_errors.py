@@ -8,7 +8,7 @@ from lockstep.cli.command import command
 from lockstep.cli.options import assignments, option_group
 from lockstep.cli.parameter_types import COUNT, NUMBER, OneOf, Several
 from lockstep.cli.probe_latency import _amplitudes
-from lockstep.cli.program import Program
+from lockstep.cli.program import CommandGroup
 from lockstep.cli.timing_options import with_delays, with_step_sizes
 from lockstep.cli.usage_errors import RENAMED, similar
 from lockstep.errors import InputError
@@ -128,7 +128,7 @@ def program(monkeypatch):
         seen.append((values.number, values.words, pair, count, kind, names))
         return 7
 
-    made = Program("toy", {"go": ("toy.go", "do it")}, label="toy", description="Toy.", epilog="")
+    made = CommandGroup("toy", {"go": ("toy.go", "do it")}, label="toy", description="Toy.", epilog="")
     monkeypatch.setattr(made, "get_command", lambda context, name: go if name == "go" else None)  # noqa: ARG005
     return made, seen
 
@@ -191,7 +191,7 @@ def test_the_option_that_gave_a_wrong_name_is_named(capsys, message, line):
     def show(**_):
         raise InputError(message)
 
-    group = Program("lockstep", {}, label="lockstep", description="", epilog="")
+    group = CommandGroup("lockstep", {}, label="lockstep", description="", epilog="")
     group.get_command = lambda *_: show
     words = ["--sampled", "ghost", "--sampled", "both", "--sampled", "", "--delay", "x:b=1", "--delay", "both:b=1"]
     words += ["--set", "d.gain=1"]

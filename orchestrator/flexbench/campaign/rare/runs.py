@@ -24,7 +24,7 @@ from ..journal import Journals
 from ..order import with_delays
 from ..orders import Orders
 from ..progress import Show
-from ..result_file import Row
+from ..result_file import RunRow
 from ..sampling import Case, correlated
 from ..statistics.splitting import Branch, splitting
 from ..statistics.splitting import Path as RisingPath
@@ -84,7 +84,7 @@ class Chains:
             redrawn=[k for k, one in enumerate(campaign.inputs) if one.drawn.distribution == CASE],
         )
 
-    def row(self, row: Row) -> Row:
+    def row(self, row: RunRow) -> RunRow:
         """Return what the results hold of a run."""
         return row
 
@@ -156,7 +156,7 @@ class Branches:
             raise InputError(f"{where}: {', '.join(unable)}: cannot save its state, so that no run can be branched")
         return int(plan.ticks)
 
-    def row(self, row: Row) -> Row:
+    def row(self, row: RunRow) -> RunRow:
         """Return what the results hold of a run: the metric is that of the whole run, not of its last branch."""
         sign = 1.0 if self._event.above else -1.0
         path = self._paths[row.number]

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from .describe import Description, describe, worst
 from .percentiles import CONFIDENCE
 from .proportions import Proportion, Verdict, proportion, runs_to_show
-from .sample import Metric, Requirement, Sample, direction
+from .sample import Metric, MetricRequirement, Sample, direction
 from .sensitivities import RankCorrelation, rank_correlations
 
 WORST = 10  # runs of each metric
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
+class RequirementResult:
     """A requirement over all runs of a system."""
 
-    requirement: Requirement
+    requirement: MetricRequirement
     found: Proportion
     verdict: Verdict | None  # None: no probability is required
     needed: int | None  # total number of runs that would show it; None if it is shown, or no number would
@@ -31,12 +31,12 @@ class Evaluation:
     sample: Sample
     metrics: tuple[Metric, ...]
     descriptions: tuple[Description, ...]  # of each metric
-    judgements: tuple[Judgement, ...]
+    judgements: tuple[RequirementResult, ...]
     worst: tuple[tuple[int, ...], ...]  # of each metric: indices of runs, the worst first
     correlations: tuple[tuple[RankCorrelation, ...], ...]  # of each metric
 
 
-def evaluate(sample: Sample, metrics: Sequence[Metric], requirements: Sequence[Requirement]) -> Evaluation:
+def evaluate(sample: Sample, metrics: Sequence[Metric], requirements: Sequence[MetricRequirement]) -> Evaluation:
     """Return the evaluation of the runs of one system, at least one."""
     columns = [(one, sample.metrics[one.name], direction(one.name, requirements)) for one in metrics]
     return Evaluation(
@@ -49,14 +49,14 @@ def evaluate(sample: Sample, metrics: Sequence[Metric], requirements: Sequence[R
     )
 
 
-def judge(requirement: Requirement, sample: Sample) -> Judgement:
+def judge(requirement: MetricRequirement, sample: Sample) -> RequirementResult:
     """Return the probability with which a requirement is met, its bounds, and the runs still needed to show it."""
     met = int(requirement.met(sample.metrics[requirement.metric]).sum())
     confidence = requirement.confidence or CONFIDENCE
     found = proportion(met, len(sample), confidence)
     required = requirement.probability
     if required is None:
-        return Judgement(requirement=requirement, found=found, verdict=None, needed=None)
+        return RequirementResult(requirement=requirement, found=found, verdict=None, needed=None)
     verdict = found.verdict(required)
     needed = runs_to_show(len(sample) - met, len(sample), required, confidence) if verdict == "open" else None
-    return Judgement(requirement=requirement, found=found, verdict=verdict, needed=needed)
+    return RequirementResult(requirement=requirement, found=found, verdict=verdict, needed=needed)

@@ -27,7 +27,7 @@ class Metric:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Requirement:
+class MetricRequirement:
     """Limits of a metric in SI, and the probability with which they are to be kept."""
 
     name: str
@@ -74,7 +74,7 @@ class Sample:
         )
 
 
-def direction(metric: str, requirements: Sequence[Requirement]) -> Worse:
+def direction(metric: str, requirements: Sequence[MetricRequirement]) -> Worse:
     """Return which end of a metric is the worse: the low one if requirements limit it from below alone."""
     own = [one for one in requirements if one.metric == metric]
     return "low" if own and all(one.most is None and one.least is not None for one in own) else "high"

@@ -22,7 +22,7 @@ from lockstep import InputError
 from .describe import describe, ordered
 from .percentiles import percentile, runs_for_bound, runs_for_width
 from .proportions import proportion, runs_to_show
-from .sample import Requirement, Sample, direction
+from .sample import MetricRequirement, Sample, direction
 
 FIRST_LOOK = 50  # runs
 _GROWTH = 1.25  # from one look to the next
@@ -56,7 +56,7 @@ class State:
     needed: int | None  # about how many runs satisfy it; None if nothing can be said
 
 
-def parse_rule(text: str, metrics: Sequence[str], requirements: Sequence[Requirement]) -> tuple[Condition, ...]:
+def parse_rule(text: str, metrics: Sequence[str], requirements: Sequence[MetricRequirement]) -> tuple[Condition, ...]:
     """Return the conditions of a rule.
 
     Raises
@@ -90,7 +90,7 @@ def parse_rule(text: str, metrics: Sequence[str], requirements: Sequence[Require
         position = found.end() + joint.end()
 
 
-def states(conditions: Sequence[Condition], sample: Sample, requirements: Sequence[Requirement]) -> list[State]:
+def states(conditions: Sequence[Condition], sample: Sample, requirements: Sequence[MetricRequirement]) -> list[State]:
     """Return how far each condition is after the runs of a sample."""
     return [_state(one, sample, requirements) for one in conditions]
 
@@ -125,7 +125,7 @@ def _refuse(text: str, reason: str) -> NoReturn:
     raise InputError(f"stop rule `{text}`: {reason}")
 
 
-def _state(condition: Condition, sample: Sample, requirements: Sequence[Requirement]) -> State:
+def _state(condition: Condition, sample: Sample, requirements: Sequence[MetricRequirement]) -> State:
     """Return the state of one condition; one of a percentile or mean without runs is not satisfied."""
     if condition.what in ("probability", "requirement"):
         return _of_requirement(condition, sample, next(one for one in requirements if one.name == condition.name))
@@ -143,7 +143,7 @@ def _state(condition: Condition, sample: Sample, requirements: Sequence[Requirem
                  needed=needed)  # fmt: skip
 
 
-def _of_requirement(condition: Condition, sample: Sample, requirement: Requirement) -> State:
+def _of_requirement(condition: Condition, sample: Sample, requirement: MetricRequirement) -> State:
     """Return the state of a condition of a requirement's probability."""
     met, count = int(requirement.met(sample.metrics[requirement.metric]).sum()), len(sample)
     found = proportion(met, count, requirement.confidence)

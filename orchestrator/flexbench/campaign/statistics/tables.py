@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from .evaluation import Evaluation, Judgement
+from .evaluation import Evaluation, RequirementResult
 from .sample import Metric, Sample
 from .sensitivities import SobolIndex
 
@@ -136,7 +136,7 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.{min(digits, 6)}f} %"
 
 
-def limit_text(judged: Judgement, metric: Metric) -> str:
+def limit_text(judged: RequirementResult, metric: Metric) -> str:
     """Return the limits of a requirement, in the unit in which its metric is shown."""
     limits = [
         f"{sign} {number(value / metric.scale)}"
@@ -146,7 +146,7 @@ def limit_text(judged: Judgement, metric: Metric) -> str:
     return f"{' and '.join(limits)} {metric.shown_unit}".strip()
 
 
-def verdict_text(judged: Judgement) -> str:
+def verdict_text(judged: RequirementResult) -> str:
     """Return what the runs say on a requirement, and how many would show it."""
     if judged.verdict is None:
         return "-"

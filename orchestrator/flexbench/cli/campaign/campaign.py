@@ -21,7 +21,7 @@ from .kept_traceback import kept_traceback
 if TYPE_CHECKING:
     from ...campaign.campaign import MakePool
     from ...engine.pools import Pool
-    from ...engine.tasks import Settings
+    from ...engine.tasks import TaskSettings
 
 RERUN, REPORT, RARE = "rerun", "report", "rare"
 _EXAMPLES = """
@@ -94,7 +94,7 @@ def _refuse(given: Mapping[str, object], word: str, names: Sequence[str]) -> Non
 
 
 def _pool(scheduler: str | None, jobs: int | None) -> MakePool:
-    def make(settings: Settings) -> Pool:
+    def make(settings: TaskSettings) -> Pool:
         from ...engine.pools import DaskPool, LocalPool
 
         return LocalPool(settings, jobs) if scheduler is None else DaskPool(scheduler, settings)

@@ -6,7 +6,7 @@ from flexbench.figures.budget import budget_figure
 from flexbench.figures.drawing import svg_text
 from flexbench.html.document import Block, Heading, Paragraph, Picture, Table
 from flexbench.runs.run_folder import Run
-from flexbench.studies.budget.evaluate import Windows, compute_budget, steady_error
+from flexbench.studies.budget.evaluate import IndexWindows, compute_budget, steady_error
 from flexbench.studies.budget.result_file import read_budget
 from flexbench.studies.budget.split import read_split
 from flexbench.studies.budget.tables import ASSESSMENTS, SPLIT, assessment_rows, header, notes, rows
@@ -22,7 +22,7 @@ def section(run: Run) -> list[Block]:
     """
     stored = read_budget(run.folder)
     history = steady_error(run, stored.start if stored else None)
-    budget = compute_budget(history, stored.windows if stored else Windows())
+    budget = compute_budget(history, stored.windows if stored else IndexWindows())
     blocks: list[Block] = [Heading(2, "Pointing budget")]
     if stored and stored.assessments:
         blocks.append(Table(ASSESSMENTS, assessment_rows(stored.assessments), code=frozenset()))

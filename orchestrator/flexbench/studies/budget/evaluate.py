@@ -36,7 +36,7 @@ INTERPRETATION = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Windows:
+class IndexWindows:
     """Times that the indices refer to [s]. Defaults: an exposure, a drift and an observation that 150 s can show."""
 
     window: float = 10.0  # of the mean: MPE, RPE, PDE, PRE
@@ -111,7 +111,7 @@ def steady_error(run: Run, since: float | None = None) -> ErrorHistory:
     return ErrorHistory(error=histories.pointing_error_vector(signals)[first:], interval=interval, start=start)
 
 
-def index_values(history: ErrorHistory, index: IndexName, windows: Windows) -> Array:
+def index_values(history: ErrorHistory, index: IndexName, windows: IndexWindows) -> Array:
     """Return every value of an index, (values, 3) [rad]; none where the history is too short for it."""
     if index == "APE":
         return indices.absolute(history.error)
@@ -152,7 +152,7 @@ class BudgetEntry:
 class Budget:
     """All indices of one error history. Indices that it is too short for are absent."""
 
-    windows: Windows
+    windows: IndexWindows
     levels: Sequence[float]
     start: float  # s
     duration: float  # s
@@ -163,7 +163,7 @@ class Budget:
         return next((entry for entry in self.entries if (entry.index, entry.axis) == (index, axis)), None)
 
 
-def compute_budget(history: ErrorHistory, windows: Windows, levels: Sequence[float] = LEVELS) -> Budget:
+def compute_budget(history: ErrorHistory, windows: IndexWindows, levels: Sequence[float] = LEVELS) -> Budget:
     """Return every index on every axis.
 
     Raises

@@ -27,7 +27,7 @@ from lockstep.data_text import parse_toml
 from lockstep.errors import suggestion
 from lockstep.system.unit_table import UNITS
 
-from .evaluate import AXES, INDICES, AxisName, ErrorHistory, IndexName, Windows, index_values, sizes
+from .evaluate import AXES, INDICES, AxisName, ErrorHistory, IndexName, IndexWindows, index_values, sizes
 from .indices import at_level
 
 ANGLES = ("rad", "mrad", "urad", "nrad", "deg", "arcmin", "arcsec", "mas")  # units
@@ -46,7 +46,7 @@ KEYS = (*NEEDED, "level", *get_args(Time))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Requirement:
+class PointingRequirement:
     """One line of the file."""
 
     name: str
@@ -55,14 +55,14 @@ class Requirement:
     limit: float  # in `unit`
     unit: str
     level: float
-    windows: Windows
+    windows: IndexWindows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assessment:
     """The value that a run reaches for a requirement."""
 
-    requirement: Requirement
+    requirement: PointingRequirement
     value: float  # in the requirement's unit
     count: int  # of values it was taken from
 
@@ -77,7 +77,7 @@ class Assessment:
         return 1.0 - self.value / self.requirement.limit
 
 
-def read_requirements(path: Path) -> list[Requirement]:
+def read_requirements(path: Path) -> list[PointingRequirement]:
     """Read a requirements file.
 
     Raises
@@ -98,7 +98,7 @@ def read_requirements(path: Path) -> list[Requirement]:
     return [_requirement(table, f"{path}: requirement {number}") for number, table in enumerate(tables, start=1)]
 
 
-def _requirement(table: Any, location: str) -> Requirement:
+def _requirement(table: Any, location: str) -> PointingRequirement:
     if not isinstance(table, dict):
         raise InputError(f"{location}: must be a table, got {table!r}; write [[requirement]] before its keys")
     for key in table:
@@ -127,11 +127,11 @@ def _requirement(table: Any, location: str) -> Requirement:
             raise InputError(f"{location}: {key} = {table[key]!r}: {index} has none; leave it out")
         times[key] = _number(table, key, location)
     try:
-        windows = Windows(**_consistent(times))
+        windows = IndexWindows(**_consistent(times))
     except InputError as error:
         raise InputError(f"{location}: {error}") from None
     checked_axis: AxisName = next(known for known in AXES if known == axis)
-    return Requirement(
+    return PointingRequirement(
         name=name, index=checked, axis=checked_axis, limit=limit, unit=unit, level=level, windows=windows
     )
 
@@ -140,7 +140,7 @@ def _consistent(times: Mapping[str, float]) -> dict[str, float]:
     """Return the times, with an observation that holds the window where none was given."""
     if "observation" in times or "window" not in times:
         return dict(times)
-    return {**times, "observation": max(times["window"], Windows().observation)}
+    return {**times, "observation": max(times["window"], IndexWindows().observation)}
 
 
 def _one_of(table: Mapping[str, Any], key: str, known: Sequence[str], location: str) -> str:
@@ -158,7 +158,7 @@ def _number(table: Mapping[str, Any], key: str, location: str, default: float | 
     return float(value)
 
 
-def judge(history: ErrorHistory, requirement: Requirement) -> Assessment:
+def judge(history: ErrorHistory, requirement: PointingRequirement) -> Assessment:
     """Assess a run's error against one requirement.
 
     Raises

@@ -10,8 +10,8 @@ from lockstep import InputError
 
 from ...runs.json_file import read_json, write_json
 from ...runs.run_folder import Run
-from .evaluate import INTERPRETATION, Budget, Windows
-from .requirements import Assessment, Requirement
+from .evaluate import INTERPRETATION, Budget, IndexWindows
+from .requirements import Assessment, PointingRequirement
 
 RESULT = "budget.json"
 REQUIREMENT_KEYS = ("name", "index", "axis", "level", "limit", "unit")
@@ -21,7 +21,7 @@ REQUIREMENT_KEYS = ("name", "index", "axis", "level", "limit", "unit")
 class StoredBudget:
     """What a later reader needs of the file to compute the same budget again."""
 
-    windows: Windows
+    windows: IndexWindows
     start: float  # s
     assessments: Sequence[Assessment]
 
@@ -81,13 +81,13 @@ def read_budget(folder: Path) -> StoredBudget | None:
             return None
         assessments = [
             Assessment(
-                requirement=Requirement(**{key: line[key] for key in REQUIREMENT_KEYS}, windows=Windows()),
+                requirement=PointingRequirement(**{key: line[key] for key in REQUIREMENT_KEYS}, windows=IndexWindows()),
                 value=line["value"],
                 count=0,
             )
             for line in content["requirements"]
         ]
-        return StoredBudget(windows=Windows(**content["windows"]), start=content["start"], assessments=assessments)
+        return StoredBudget(windows=IndexWindows(**content["windows"]), start=content["start"], assessments=assessments)
     except InputError:
         raise
     except (ValueError, KeyError, TypeError, AttributeError):

@@ -30,7 +30,7 @@ from ...runs import histories
 from ...runs.flown_design import planned_slew
 from ...runs.json_file import read_table, write_json
 from ...runs.run_folder import Run, read_run
-from .evaluate import INDICES, LEVELS, Budget, ErrorHistory, Windows, compute_budget, since_default, steady_error
+from .evaluate import INDICES, LEVELS, Budget, ErrorHistory, IndexWindows, compute_budget, since_default, steady_error
 
 RESULT = "split.json"
 # what switches each source off; every run but `all` has some
@@ -85,7 +85,7 @@ def split_budget(
     folder: Path,
     seed: int,
     stop: float,
-    windows: Windows,
+    windows: IndexWindows,
     since: float | None = None,
     levels: Sequence[float] = LEVELS,
     processes: int | None = None,
@@ -125,7 +125,7 @@ def split_budget(
 
 
 def compute_split(
-    runs: Mapping[str, Run], stop: float, windows: Windows, since: float | None, levels: Sequence[float] = LEVELS
+    runs: Mapping[str, Run], stop: float, windows: IndexWindows, since: float | None, levels: Sequence[float] = LEVELS
 ) -> Split:
     """Return the split of finished runs, by the names of `plan_runs`."""
     whole = steady_error(runs["all"], since)

@@ -18,7 +18,7 @@ from flexsat.runtime.sensors import STREAM
 from flexsat.sensor_errors import add_fast_errors, init_errors, star_tracker_error
 from flexsat.slow_errors import RATE, TORQUES
 
-from .vibration import Step, measured_vibration, ripple
+from .vibration import FilterStep, measured_vibration, ripple
 
 SETTLED = 8.0  # time constants of the filter from which on it is judged: 1 deg/h is 1,300 deviations of a bias
 
@@ -85,7 +85,7 @@ def slow_covariance(design: Design, fine: bool, choice: tuple[bool, bool]) -> Sl
     seen[:gyros, RATE], seen[:gyros, RATE.stop + TORQUES :], seen[gyros:, :3] = axes, np.eye(gyros), np.eye(3)
     some = np.ix_(used, used)
     between = np.hstack([found.between, np.zeros((size, 3))])  # which sees no star tracker
-    steps = [Step(a=(np.eye(len(used)) - gain[used] @ seen[:, used]) @ a[some], gain=gain[used])
+    steps = [FilterStep(a=(np.eye(len(used)) - gain[used] @ seen[:, used]) @ a[some], gain=gain[used])
              for gain in (found.sample, *[between] * (phases - 1))]  # fmt: skip
     radius = float(np.abs(np.linalg.eigvals(np.linalg.multi_dot([one.a for one in reversed(steps)]))).max())
     vibration = np.zeros((size, size))

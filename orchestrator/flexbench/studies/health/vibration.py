@@ -19,14 +19,14 @@ from flexsat.spacecraft.linear_model import linearise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class FilterStep:
     """A step of a filter that takes in what is measured: x[j] = a x[j-1] + gain y[j]."""
 
     a: Array  # (k, k)
     gain: Array  # (k, y)
 
 
-def ripple(steps: Sequence[Step], period: float, frequency: Array, measured: Complex) -> Array:
+def ripple(steps: Sequence[FilterStep], period: float, frequency: Array, measured: Complex) -> Array:
     """Return the covariance of the state of a periodic filter under sines of random phases, (k, k), over its steps.
 
     Parameters

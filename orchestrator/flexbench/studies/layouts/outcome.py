@@ -25,7 +25,7 @@ Compared = Literal["ratio", "difference"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Quantity:
+class ComparedQuantity:
     """A number of a run. Printed is the value over `scale`, in `unit`; less is better."""
 
     key: str
@@ -38,29 +38,29 @@ class Quantity:
 
 
 QUANTITIES = (
-    Quantity(key="pointing", label="pointing error in fine pointing", unit="arcsec", scale=ARCSECOND,
+    ComparedQuantity(key="pointing", label="pointing error in fine pointing", unit="arcsec", scale=ARCSECOND,
              scenario="fine_pointing", of="steady.pointing_error"),
-    Quantity(key="deformation", label="deformation in fine pointing", unit="µm", scale=1e-6,
+    ComparedQuantity(key="deformation", label="deformation in fine pointing", unit="µm", scale=1e-6,
              scenario="fine_pointing", of="steady.deformation"),
-    Quantity(key="torque", label="torque in fine pointing", unit="N.m", scale=1.0,
+    ComparedQuantity(key="torque", label="torque in fine pointing", unit="N.m", scale=1.0,
              scenario="fine_pointing", of="steady.torque"),
-    Quantity(key="slew_pointing", label="pointing error during the slew", unit="arcsec", scale=ARCSECOND,
+    ComparedQuantity(key="slew_pointing", label="pointing error during the slew", unit="arcsec", scale=ARCSECOND,
              scenario="slew", of="slew.pointing_error"),
-    Quantity(key="slew_deformation", label="deformation during the slew", unit="µm", scale=1e-6,
+    ComparedQuantity(key="slew_deformation", label="deformation during the slew", unit="µm", scale=1e-6,
              scenario="slew", of="slew.deformation"),
-    Quantity(key="settling", label="settling time after the slew", unit="s", scale=1.0,
+    ComparedQuantity(key="settling", label="settling time after the slew", unit="s", scale=1.0,
              scenario="slew", of="settling", compared="difference"),
-    Quantity(key="settled_pointing", label="pointing error after the slew", unit="arcsec", scale=ARCSECOND,
+    ComparedQuantity(key="settled_pointing", label="pointing error after the slew", unit="arcsec", scale=ARCSECOND,
              scenario="slew", of="steady.pointing_error"),
-    Quantity(key="settled_deformation", label="deformation after the slew", unit="µm", scale=1e-6,
+    ComparedQuantity(key="settled_deformation", label="deformation after the slew", unit="µm", scale=1e-6,
              scenario="slew", of="steady.deformation"),
-    Quantity(key="settled_torque", label="torque after the slew", unit="N.m", scale=1.0,
+    ComparedQuantity(key="settled_torque", label="torque after the slew", unit="N.m", scale=1.0,
              scenario="slew", of="steady.torque"),
 )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class RunOutcome:
     """What one run came to, in SI. A lost run has no numbers."""
 
     configuration: ConfigurationName
@@ -73,7 +73,7 @@ class Outcome:
 
 def measure(
     finished: Finished, name: ConfigurationName, scenario: ScenarioName, seed: int, band: float | None
-) -> Outcome:
+) -> RunOutcome:
     """Return the numbers of a run, or why it is lost.
 
     Parameters
@@ -82,7 +82,7 @@ def measure(
     band : of settling [rad]; None: 5 arcsec, or 0.5 with the fine sensor
     """
     if finished.failure:
-        return Outcome(configuration=name, scenario=scenario, seed=seed, lost=finished.failure)
+        return RunOutcome(configuration=name, scenario=scenario, seed=seed, lost=finished.failure)
     folder = finished.job.folder
     record, _ = read_run_record(folder)
     loop = read_loop(folder)
@@ -93,8 +93,8 @@ def measure(
     if steady is not None and not lost:
         lost = growing(loop.signals, steady)
     if steady is None or lost:
-        return Outcome(configuration=name, scenario=scenario, seed=seed, lost=lost)
-    return Outcome(
+        return RunOutcome(configuration=name, scenario=scenario, seed=seed, lost=lost)
+    return RunOutcome(
         configuration=name,
         scenario=scenario,
         seed=seed,
@@ -147,7 +147,7 @@ def rms_of(signals: Signals, window: Window) -> dict[str, float]:
 
 
 def value_of(numbers: LoopNumbers, after: Mapping[str, float], path: str) -> float | None:
-    """Return a number of a run by its path, as in `Quantity.of`; None where it does not settle.
+    """Return a number of a run by its path, as in `ComparedQuantity.of`; None where it does not settle.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from lockstep import InputError
 
 from ...loop.scenarios import ScenarioName
 from .dispersions import Dispersion, Errors
-from .outcome import Outcome
+from .outcome import RunOutcome
 from .wheels import Wheels
 
 COMPARED: tuple[ScenarioName, ...] = ("fine_pointing", "slew")
@@ -22,7 +22,7 @@ SPEED, NATIVE_SPEED = 5.0, 30.0  # s simulated in a second by a core of 2020, of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class ComparisonPlan:
     """What is simulated."""
 
     seeds: Sequence[int]
@@ -56,13 +56,13 @@ class Plan:
 class Comparison:
     """All numbers of the study."""
 
-    plan: Plan
+    plan: ComparisonPlan
     modes: tuple[int, ...]  # of the plant of each layout
     errors: Mapping[int, Errors]  # of the structure, by seed: the same for all layouts
-    outcomes: Sequence[Outcome]
+    outcomes: Sequence[RunOutcome]
     wheels: Mapping[ConfigurationName, Wheels]
     fmus: str = "Python"  # kind of the runs' FMUs
 
-    def of(self, name: ConfigurationName, scenario: ScenarioName) -> dict[int, Outcome]:
+    def of(self, name: ConfigurationName, scenario: ScenarioName) -> dict[int, RunOutcome]:
         """Return the outcomes of a layout in a scenario by seed."""
         return {one.seed: one for one in self.outcomes if (one.configuration, one.scenario) == (name, scenario)}

@@ -16,7 +16,7 @@ from ...runs.json_file import read_table, write_json
 from .outcome import QUANTITIES
 from .plan import Comparison
 from .statistics import Estimate
-from .tables import Row, answer, cells, compare, header, notes, verdict, wheel_rows, wheels_header
+from .tables import ComparisonRow, answer, cells, compare, header, notes, verdict, wheel_rows, wheels_header
 
 RESULT = "layouts.json"
 _TABLE = {"header": ["text"], "rows": [["text"]]}
@@ -40,7 +40,7 @@ def write_result(comparison: Comparison, folder: Path) -> list[Path]:
     return [folder / name for name in ("layouts.txt", "layouts.csv", RESULT)]
 
 
-def as_text(comparison: Comparison, rows: Sequence[Row]) -> str:
+def as_text(comparison: Comparison, rows: Sequence[ComparisonRow]) -> str:
     """Return everything for a terminal."""
     parts = [format_table(header(comparison), [cells(row) for row in rows]), "\n".join(map(verdict, rows))]
     if wheels := wheel_rows(comparison):
@@ -69,7 +69,7 @@ def as_csv(comparison: Comparison) -> str:
     return output.getvalue()
 
 
-def as_json(comparison: Comparison, rows: Sequence[Row]) -> dict[str, Any]:
+def as_json(comparison: Comparison, rows: Sequence[ComparisonRow]) -> dict[str, Any]:
     """Return all numbers in SI, and the texts."""
     plan = comparison.plan
     lost = {one.seed for one in comparison.outcomes if one.lost}

@@ -8,7 +8,7 @@ from pathlib import Path
 from flexsat.parameters import DEFAULT_DESIGN, ConfigurationName
 from lockstep import InputError, load_system
 from lockstep.operating_system import available_cores
-from lockstep.plan.plan import Plan as RunPlan
+from lockstep.plan.plan import Plan
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.feasibility import needs_of
@@ -17,7 +17,7 @@ from ...loop.scenarios import ScenarioName, scalar_overrides, scenario_parameter
 from ...loop.spacecraft import spacecraft_of
 from ...runs.loop_monitor import NEEDED
 from .outcome import measure
-from .plan import Comparison, Plan
+from .plan import Comparison, ComparisonPlan
 from .result_file import write_result
 from .wheels import wheels_of
 
@@ -30,7 +30,7 @@ def run_folder(folder: Path, name: ConfigurationName, scenario: ScenarioName, se
 
 
 def plan_jobs(
-    fmus: Path, folder: Path, plan: Plan, native: bool = False
+    fmus: Path, folder: Path, plan: ComparisonPlan, native: bool = False
 ) -> dict[tuple[ConfigurationName, ScenarioName, int], Job]:
     """Return every run: a seed's layouts have the same errors, and one after the other."""
     jobs = {}
@@ -55,7 +55,7 @@ def plan_jobs(
 def run_layouts(
     fmus: Path,
     folder: Path,
-    plan: Plan,
+    plan: ComparisonPlan,
     processes: int | None = None,
     report: PrintLine = silent,
     python: bool = False,
@@ -109,7 +109,7 @@ def check_slew(job: Job, title: str, report: Callable[[str], None]) -> None:
     """Report what a run's slew needs; raise InputError if it cannot be carried out in it."""
     assert job.system is not None
     assert job.stop_time is not None
-    needs = needs_of(RunPlan(load_system(job.system), job.stop_time, dict(job.overrides), job.record, None))
+    needs = needs_of(Plan(load_system(job.system), job.stop_time, dict(job.overrides), job.record, None))
     if needs is None or not needs.angles:
         return
     objection = needs.objection()

@@ -11,7 +11,7 @@ from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ARCSECOND, DEFAULT_DESIGN, ConfigurationName
 
 from ...runs.windows import COARSE_BAND
-from .outcome import QUANTITIES, Quantity
+from .outcome import QUANTITIES, ComparedQuantity
 from .plan import Comparison
 from .statistics import CONFIDENCE, Estimate, difference, mean, ratio
 from .wheels import ROWS
@@ -22,10 +22,10 @@ PERCENT = f"{100.0 * CONFIDENCE:g} %"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class ComparisonRow:
     """One quantity of both layouts, in SI."""
 
-    quantity: Quantity
+    quantity: ComparedQuantity
     layouts: Sequence[ConfigurationName]  # two: the second is compared with the first
     means: Mapping[ConfigurationName, Estimate | None]  # of the runs that are not lost; None: of none
     unsettled: Mapping[ConfigurationName, int]  # runs without a value
@@ -58,7 +58,7 @@ def having(name: ConfigurationName) -> str:
     return f"{name} wheels" if name in CONFIGURATIONS else name
 
 
-def compare(comparison: Comparison) -> list[Row]:
+def compare(comparison: Comparison) -> list[ComparisonRow]:
     """Return a row for each quantity that was simulated. Lost runs are in no number."""
     rows, layouts = [], comparison.plan.layouts
     for quantity in QUANTITIES:
@@ -77,7 +77,7 @@ def compare(comparison: Comparison) -> list[Row]:
         first, second = (np.array([values[name][seed] for seed in pairs]) for name in layouts)
         is_ratio = quantity.compared == "ratio" and bool(np.all(first > 0.0) and np.all(second > 0.0))
         rows.append(
-            Row(
+            ComparisonRow(
                 quantity=quantity,
                 layouts=layouts,
                 means={name: mean(list(of.values())) if of else None for name, of in values.items()},
@@ -89,7 +89,7 @@ def compare(comparison: Comparison) -> list[Row]:
     return rows
 
 
-def cells(row: Row) -> tuple[str, ...]:
+def cells(row: ComparisonRow) -> tuple[str, ...]:
     """Return the texts of a row, `header` its columns."""
     scale = row.quantity.scale
     means = [_text(row.means[name], scale) for name in row.layouts]
@@ -99,7 +99,7 @@ def cells(row: Row) -> tuple[str, ...]:
     return (row.quantity.label, row.quantity.unit, *means, contrast, str(row.contrast.count if row.contrast else 0))
 
 
-def verdict(row: Row) -> str:
+def verdict(row: ComparisonRow) -> str:
     """Return what the interval shows, in a sentence."""
     label, contrast = row.quantity.label, row.contrast
     if any(row.unsettled.values()):
@@ -116,7 +116,7 @@ def verdict(row: Row) -> str:
     return f"{label}: {word} with {having(second)}, {_how_much(row)}."
 
 
-def _how_much(row: Row) -> str:
+def _how_much(row: ComparisonRow) -> str:
     """Return by how much the better layout is lower: a factor above one, or a difference."""
     assert row.contrast is not None
     value, low, high = row.contrast.value, row.contrast.low, row.contrast.high
@@ -129,7 +129,7 @@ def _how_much(row: Row) -> str:
     return f"by {value:.3g} {row.quantity.unit} ({PERCENT}: {bounds[0]:.3g} to {bounds[1]:.3g})"
 
 
-def _contrast(row: Row) -> str:
+def _contrast(row: ComparisonRow) -> str:
     assert row.contrast is not None
     value, low, high = row.contrast.value, row.contrast.low, row.contrast.high
     first, second = row.layouts
@@ -141,7 +141,7 @@ def _contrast(row: Row) -> str:
     return f"{second} less {first} {value / scale:+.3g} {unit}, {PERCENT}: {low / scale:+.3g} to {high / scale:+.3g}"
 
 
-def answer(comparison: Comparison, rows: Sequence[Row]) -> list[str]:
+def answer(comparison: Comparison, rows: Sequence[ComparisonRow]) -> list[str]:
     """Return the answer in a few sentences: what distributing the wheels lowers, raises, and leaves; and its cost."""
     first, second = comparison.plan.layouts
     paper = comparison.plan.layouts == CONFIGURATIONS

@@ -38,7 +38,7 @@ Log = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class MeasurementSettings:
     """Settings of a measurement."""
 
     band: tuple[float, float] | None = None  # Hz; None for one period's frequency to nearly half the sampling rate
@@ -77,7 +77,7 @@ class Curve:
 
 
 def measure(
-    loop: SystemLoop, settings: Settings, folder: Path, log: Log = lambda _: None
+    loop: SystemLoop, settings: MeasurementSettings, folder: Path, log: Log = lambda _: None
 ) -> tuple[MeasuredLoop, dict[str, Any]]:
     """Run one experiment a direction, and return the loop and its margins with their uncertainties by direction.
 
@@ -128,7 +128,7 @@ def zoomed_lines(measured: MeasuredLoop, replicas: list[Replica], count: int) ->
 
 
 def _estimated(
-    loop: SystemLoop, settings: Settings, folder: Path, multisine: Multisine, amplitude: float, log: Log
+    loop: SystemLoop, settings: MeasurementSettings, folder: Path, multisine: Multisine, amplitude: float, log: Log
 ) -> tuple[MeasuredLoop, list[Replica]]:
     """Run one experiment a direction, and estimate the loop."""
     opened = open_loop_at(loop.system, loop.controller, loop.plant, multisine, folder)
@@ -163,7 +163,7 @@ def _estimated(
     return estimate_loop(experiments, multisine, loop.makes, loop.names)
 
 
-def _test_signal(loop: SystemLoop, settings: Settings) -> Multisine:
+def _test_signal(loop: SystemLoop, settings: MeasurementSettings) -> Multisine:
     band = settings.band or (1.0 / settings.length, 0.475 / loop.period)
     return design_multisine(loop.period, settings.length, band, settings.lines, loop.slow_period)
 
@@ -171,7 +171,7 @@ def _test_signal(loop: SystemLoop, settings: Settings) -> Multisine:
 def run_study(
     loop: SystemLoop,
     folder: Path,
-    settings: Settings,
+    settings: MeasurementSettings,
     analytic_only: bool = False,
     find_delay: bool = False,
     log: Log = lambda _: None,
@@ -242,7 +242,7 @@ def _scout(designed: DesignedLoop, real: Plants) -> DesignedLoop | None:
     return replace(designed, plant=real.model(SCOUT_MODES, ModelErrors()))
 
 
-def _find_delay(loop: SystemLoop, folder: Path, settings: Settings, log: Log) -> UnstableDelay:
+def _find_delay(loop: SystemLoop, folder: Path, settings: MeasurementSettings, log: Log) -> UnstableDelay:
     return destabilising_delay(
         loop,
         folder / "delays",
@@ -320,7 +320,7 @@ def _analysis(found: Analysis) -> dict[str, Any]:
     }
 
 
-def _measured(found: MeasuredLoop, margins: Mapping[str, Any], settings: Settings) -> dict[str, Any]:
+def _measured(found: MeasuredLoop, margins: Mapping[str, Any], settings: MeasurementSettings) -> dict[str, Any]:
     drawn = {}
     for k, name in enumerate(found.names):
         response, keep = found.of(name)

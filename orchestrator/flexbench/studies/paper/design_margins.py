@@ -28,7 +28,7 @@ from ...engine.tasks import Task
 from ...loop.scenarios import ScenarioName
 from ...runs.json_file import read_json, write_json
 from ..margins.stability_table import Grid
-from ..margins.study import FILE, Settings, curves, read_study, run_study
+from ..margins.study import FILE, MeasurementSettings, curves, read_study, run_study
 from ..margins.system_loop import read_loop
 from .paper import run_overrides
 from .published import TITLES, VARIANTS, VariantName
@@ -95,7 +95,7 @@ def analyse_loop(system: Path, folder: Path, overrides: Mapping[str, Value]) -> 
             return
     except (InputError, AttributeError):  # damaged: analysed again
         pass
-    settings, grid = Settings(overrides=overrides), Grid(gains=GAINS)
+    settings, grid = MeasurementSettings(overrides=overrides), Grid(gains=GAINS)
     run_study(read_loop(loaded, overrides), folder, settings, analytic_only=True, grid=grid)
     write_json(folder / _DONE, {"depends_on": mark})
 

@@ -90,7 +90,7 @@ LARGEST = {"frequency": 0.9, "damping": 1.0, "inertia": 0.9, "participation": 1.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class VariationPlan:
     """What is varied, and by how much."""
 
     levels: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(LEVELS))  # relative errors
@@ -123,7 +123,7 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class VariedRun:
     """What one run shows in its last quarter, and its growth from the third."""
 
     configuration: str
@@ -143,7 +143,7 @@ def run_robustness(
     folder: Path,
     names: Sequence[ConfigurationName],
     scenario: ScenarioName,
-    plan: Plan,
+    plan: VariationPlan,
     seeds: Sequence[int],
     stop: float,
     modes: int,
@@ -151,7 +151,7 @@ def run_robustness(
     controller_design: ControllerDesign = DEFAULT_DESIGN,
     python: bool = False,
     report: PrintLine = silent,
-) -> list[Outcome]:
+) -> list[VariedRun]:
     """Simulate every error with every seed, in parallel; write the runs and robustness.json to `folder`.
 
     Parameters
@@ -202,7 +202,7 @@ def fewer_than(modes: int) -> tuple[int, ...]:
     return tuple(count for count in MODE_COUNTS if count < modes)
 
 
-def judge(run: Run, signals: Signals, variation: Variation, limit: float = LIMIT_CYCLE) -> Outcome:
+def judge(run: Run, signals: Signals, variation: Variation, limit: float = LIMIT_CYCLE) -> VariedRun:
     """Judge a run: stable if the torque at its end is below a limit cycle's and no longer grows.
 
     Parameters
@@ -217,7 +217,7 @@ def judge(run: Run, signals: Signals, variation: Variation, limit: float = LIMIT
     torque = histories.torque_norm(signals)
     before, after = root_mean_square(torque[third]), root_mean_square(torque[fourth])
     growth = after / before if before > 0.0 else np.inf
-    return Outcome(
+    return VariedRun(
         configuration=run.configuration,
         what=variation.what,
         kind=variation.kind,
@@ -234,9 +234,9 @@ def judge(run: Run, signals: Signals, variation: Variation, limit: float = LIMIT
 HEADER = ("configuration", "error", "runs", "unstable", "torque [N.m]", "pointing error [arcsec]", "deformation [µm]")
 
 
-def table_rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
+def table_rows(outcomes: Sequence[VariedRun]) -> list[tuple[str, ...]]:
     """Return a row for each configuration and error: the worst of its seeds."""
-    groups: dict[tuple[str, str], list[Outcome]] = {}
+    groups: dict[tuple[str, str], list[VariedRun]] = {}
     for outcome in outcomes:
         error = Variation(what=outcome.what, kind=outcome.kind, level=outcome.level).title
         groups.setdefault((outcome.configuration, error), []).append(outcome)

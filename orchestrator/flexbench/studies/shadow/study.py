@@ -31,7 +31,7 @@ class Measure:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
+class ShadowWindow:
     """A stretch of the run, from `start` up to `end` [s], and its numbers in SI."""
 
     start: float
@@ -47,9 +47,9 @@ class Study:
     since: float  # s
     residuals: tuple[Residual, ...]
     jump: Jump | None
-    before: Window
-    blending: Window | None
-    after: Window | None
+    before: ShadowWindow
+    blending: ShadowWindow | None
+    after: ShadowWindow | None
 
 
 def _rms(history: Callable[[Signals], Array]) -> Callable[[Signals, FlownDesign], float]:
@@ -140,7 +140,7 @@ def study(run: Run, since: float | None = None, window: float | None = None) -> 
     )
 
 
-def _window(signals: Signals, design: FlownDesign, start: float, end: float) -> Window:
+def _window(signals: Signals, design: FlownDesign, start: float, end: float) -> ShadowWindow:
     # a row belongs to the window that it begins in; half a nanosecond for times that are sums
     rows = (signals.time >= start - 5e-10) & (signals.time < end - 5e-10)
     if not np.any(rows):
@@ -150,4 +150,4 @@ def _window(signals: Signals, design: FlownDesign, start: float, end: float) -> 
     )
     chosen = [measure for measure in MEASURES if design.cost is not None or not measure.weighted]
     values = {measure.key: measure.of(part, design) for measure in chosen}
-    return Window(start=start, end=end, values=values)
+    return ShadowWindow(start=start, end=end, values=values)

@@ -9,7 +9,7 @@ from lockstep.shadow.residual import total_rms
 
 from ...runs.json_file import write_json
 from ...runs.run_folder import Run
-from .study import MEASURES, Study, Window
+from .study import MEASURES, ShadowWindow, Study
 
 RESULT = "shadow.json"
 RESIDUALS = ("output", "unit", "residual RMS", "largest", "bias", "original RMS", "share", "correlation", "later by")
@@ -49,7 +49,7 @@ def loop_rows(found: Study) -> list[tuple[str, ...]]:
     return [(m.label, m.unit, *(f"{m.scale * window.values[m.key]:.4g}" for window in windows)) for m in known]
 
 
-def _windows(found: Study) -> list[tuple[str, Window]]:
+def _windows(found: Study) -> list[tuple[str, ShadowWindow]]:
     named = (("before", found.before), ("blending", found.blending), ("after", found.after))
     return [(name, window) for name, window in named if window is not None]
 

@@ -33,7 +33,7 @@ ENUMERATED = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Response:
+class OutputResponse:
     """How the outputs answer to a change of one input, or of all elements of an array."""
 
     inputs: tuple[str, ...]
@@ -82,7 +82,7 @@ def latency(task: ProbeTask) -> ProbeResult:
 
 def _response(
     bench: Bench, inputs: tuple[str, ...], change: Change, context: Change, base: Any, shortened: Any
-) -> Response:
+) -> OutputResponse:
     before, after = bench.watch(context + change, bench.window)
     changed = unlike(after, base[1])
     direct = unlike(before, base[0])[0]
@@ -100,7 +100,7 @@ def _response(
                 bench.watch(c, 1, short=True, share=SHORTER) for c in (context, context + change)
             )
             feedthrough &= lasting(brief, shortened[1], briefest, without, names)
-    return Response(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
+    return OutputResponse(inputs=inputs, first=first, direct=direct, feedthrough=feedthrough | direct, sure=sure)
 
 
 def _sure(
@@ -118,7 +118,7 @@ def _sure(
 
 
 def latency_result(
-    task: ProbeTask, responses: list[Response], broken: list[str], late: int, window: int
+    task: ProbeTask, responses: list[OutputResponse], broken: list[str], late: int, window: int
 ) -> ProbeResult:
     """Compare the responses with the declared dependencies; `late` inputs were not tried."""
     ports = {port.name: port for port in task.experiment.outputs}

@@ -45,7 +45,7 @@ Answers = NDArray[np.int64]  # of each output: steps, or -1 for none
 
 
 @dataclass(slots=True)
-class Answer:
+class LateAnswer:
     """How one output answers to one change, over all moments."""
 
     least: int
@@ -60,7 +60,7 @@ class Answer:
 class Measurement:
     """What was measured so far, by change and number of the output."""
 
-    answers: dict[tuple[Inputs, int], Answer] = field(default_factory=dict)
+    answers: dict[tuple[Inputs, int], LateAnswer] = field(default_factory=dict)
     last: dict[tuple[Inputs, int], int] = field(default_factory=dict)  # delays at the moment before
 
     def add(
@@ -75,7 +75,7 @@ class Measurement:
         closer = False
         for column in np.flatnonzero(first >= 0):
             key, delay = (inputs, int(column)), int(first[column])
-            found = self.answers.setdefault(key, Answer(delay, delay))
+            found = self.answers.setdefault(key, LateAnswer(delay, delay))
             found.least = min(found.least, delay)
             found.direct |= bool(direct[column])
             found.within += delay == 0

@@ -5,13 +5,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.campaign.statistics.percentiles import percentile
-from flexbench.campaign.statistics.sample import Requirement, Sample
+from flexbench.campaign.statistics.sample import MetricRequirement, Sample
 from flexbench.campaign.statistics.stop_rule import next_look, parse_rule, states
 from lockstep import InputError
 
 REQUIREMENTS = (
-    Requirement(name="line of sight", metric="pointing", most=2.0, probability=0.95),
-    Requirement(name="bare", metric="pointing", most=2.0),
+    MetricRequirement(name="line of sight", metric="pointing", most=2.0, probability=0.95),
+    MetricRequirement(name="bare", metric="pointing", most=2.0),
 )
 
 

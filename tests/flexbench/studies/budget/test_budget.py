@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from flexbench.figures.budget import budget_figure
 from flexbench.html.text_table import format_table
 from flexbench.runs.run_folder import Run
-from flexbench.studies.budget import ErrorHistory, Windows, compute_budget, indices, judge, read_requirements
+from flexbench.studies.budget import ErrorHistory, IndexWindows, compute_budget, indices, judge, read_requirements
 from flexbench.studies.budget.evaluate import since_default
 from flexbench.studies.budget.split import OFF, SOURCES, plan_runs
 from flexbench.studies.budget.tables import assessment_rows, notes, rows
@@ -130,7 +130,7 @@ def test_value_at_a_level_is_an_order_statistic():
 
 def test_normal_error_stays_within_two_and_three_sigma():
     history = ErrorHistory(error=np.random.default_rng(5).standard_normal((200_000, 3)), interval=0.01, start=0.0)
-    entry = compute_budget(history, Windows(), (0.9545, 0.9973)).entry("APE", "y")
+    entry = compute_budget(history, IndexWindows(), (0.9545, 0.9973)).entry("APE", "y")
     assert entry is not None
     # a quantile of 200000 values near three sigma is known to 1 %
     assert_allclose([entry.levels[0.9545], entry.levels[0.9973]], [2.0, 3.0], rtol=0.02)
@@ -143,7 +143,7 @@ def constant_history(duration: float = 150.0) -> ErrorHistory:
 
 
 def test_axes_of_a_constant_error():
-    budget = compute_budget(constant_history(), Windows())
+    budget = compute_budget(constant_history(), IndexWindows())
     expected = {"x": 3.0, "y": 4.0, "z": 12.0, "line_of_sight": 5.0, "angle": 13.0}
     for axis, size in expected.items():
         for index in ("APE", "MPE"):
@@ -157,7 +157,7 @@ def test_axes_of_a_constant_error():
 
 
 def test_indices_that_a_run_is_too_short_for_are_listed():
-    budget = compute_budget(constant_history(40.0), Windows())
+    budget = compute_budget(constant_history(40.0), IndexWindows())
     assert budget.entry("PDE", "x") is None
     assert budget.entry("PRE", "x") is None
     text = "\n".join(notes(budget))
@@ -180,13 +180,13 @@ def test_error_rotation_agrees_with_scipy_and_with_the_angle():
 
 def test_bad_windows_levels_and_starts_are_refused():
     with pytest.raises(InputError, match=r"window 0\.0"):
-        Windows(window=0.0)
+        IndexWindows(window=0.0)
     with pytest.raises(InputError, match="observation 5 s: must hold a window of 10 s"):
-        Windows(observation=5.0)
+        IndexWindows(observation=5.0)
     with pytest.raises(InputError, match=r"window 0\.015 s: must be a whole multiple of the record period"):
-        compute_budget(constant_history(), Windows(window=0.015))
+        compute_budget(constant_history(), IndexWindows(window=0.015))
     with pytest.raises(InputError, match=r"level 1\.0"):
-        compute_budget(constant_history(), Windows(), (1.0,))
+        compute_budget(constant_history(), IndexWindows(), (1.0,))
     run = Run(folder=Path("there"), configuration="centralised", slew=False, seed=1)
     time = np.arange(2000) * 0.1
     assert since_default(run, time, None)[0] == 150.0
@@ -264,7 +264,7 @@ def test_each_source_acts_in_all_and_in_its_own_run_only():
 
 def test_figure_shows_errors_means_and_indices_in_arcsec():
     history = constant_history()
-    figure = budget_figure(history, compute_budget(history, Windows()))
+    figure = budget_figure(history, compute_budget(history, IndexWindows()))
     time, bars = figure.axes
     assert "[arcsec]" in time.get_ylabel()
     assert "[arcsec]" in bars.get_ylabel()

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from flexbench.runs.run_folder import read_run
-from flexbench.studies.health.vibration import Step, jitter_phasor, measured_vibration, ripple
+from flexbench.studies.health.vibration import FilterStep, jitter_phasor, measured_vibration, ripple
 from flexsat.runtime.wheel_jitter import harmonic
 
 PERIOD, PHASES = 5e-3, 20
@@ -16,7 +16,7 @@ def test_ripple_is_the_covariance_of_a_filter_that_is_stepped():
     for phase in range(PHASES):
         gain = np.array([[0.01, 0.2], [0.004, -0.05]]) * ([1.0, 1.0] if phase == 0 else [1.0, 0.0])
         model = np.array([[1.0, -PERIOD], [0.0, 1.0]])
-        steps.append(Step(a=model - gain @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ model, gain=gain))
+        steps.append(FilterStep(a=model - gain @ np.array([[0.0, 1.0], [1.0, 0.0]]) @ model, gain=gain))
     frequency = 2.0 * np.pi * np.array([6.72005, 3.72039])  # Hz: beside the star tracker's 10 Hz in no small ratio
     measured = np.array([[1.0 - 0.5j, 0.3j], [0.02 + 0.01j, -0.05 + 0.0j]])
     time = PERIOD * np.arange(2300 * PHASES)

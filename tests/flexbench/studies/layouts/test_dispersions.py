@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexbench.studies.layouts.dispersions import Dispersion, dispersion_of
-from flexbench.studies.layouts.plan import Plan
+from flexbench.studies.layouts.plan import ComparisonPlan
 from flexbench.studies.layouts.study import plan_jobs
 from flexsat.description.built_in import CONFIGURATIONS
 from lockstep import InputError
@@ -18,7 +18,7 @@ def drawn(job):
 
 
 def test_both_layouts_of_a_seed_have_the_same_errors_and_seed_in_both_scenarios():
-    jobs = plan_jobs(Path("fmus"), Path("out"), Plan(seeds=(1, 2, 3)))
+    jobs = plan_jobs(Path("fmus"), Path("out"), ComparisonPlan(seeds=(1, 2, 3)))
     by_seed = {seed: [job for (_, _, s), job in jobs.items() if s == seed] for seed in (1, 2, 3)}
 
     assert [len(of) for of in by_seed.values()] == [4, 4, 4]
@@ -63,11 +63,11 @@ def test_limits_are_given_in_percent_and_checked():
 
 def test_plans_that_show_nothing_are_refused():
     with pytest.raises(InputError, match="--seeds 1: an interval needs 2 or more"):
-        Plan(seeds=(1,))
+        ComparisonPlan(seeds=(1,))
     with pytest.raises(InputError, match="--scenario rest: no such scenario; there are fine_pointing, slew"):
-        Plan(seeds=(1, 2), duration={"rest": 5.0})
+        ComparisonPlan(seeds=(1, 2), duration={"rest": 5.0})
 
 
 def test_the_time_that_runs_take_is_estimated():
-    plan = Plan(seeds=range(1, 9), duration={"fine_pointing": 200.0, "slew": 100.0})
+    plan = ComparisonPlan(seeds=range(1, 9), duration={"fine_pointing": 200.0, "slew": 100.0})
     assert plan.estimate(2) == "32 runs, 4800 s to simulate: about 8 min with 2 at once, at 5 x real time each"

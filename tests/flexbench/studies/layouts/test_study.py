@@ -13,7 +13,7 @@ from flexbench.runs.metrics import root_mean_square
 from flexbench.runs.metrics_file import evaluate
 from flexbench.studies.layouts import study
 from flexbench.studies.layouts.outcome import measure
-from flexbench.studies.layouts.plan import Plan
+from flexbench.studies.layouts.plan import ComparisonPlan
 from flexbench.studies.layouts.result_file import read_result
 from flexbench.studies.layouts.statistics import ratio
 from flexsat.description.built_in import CONFIGURATIONS
@@ -23,10 +23,10 @@ from lockstep.results.read_run_record import read_run_record
 
 ROOT = Path(__file__).parents[4]
 SEEDS = (1, 2)
-SHORT = Plan(seeds=SEEDS, duration={"fine_pointing": 0.5})
+SHORT = ComparisonPlan(seeds=SEEDS, duration={"fine_pointing": 0.5})
 ANGLE = 5e-6  # rad: a slew of 0.8 s
 FEW_MODES = {"plant.modes": 25}
-SLEW = Plan(seeds=SEEDS, duration={"slew": 6.5}, slew=Slew(rotation=(ANGLE, 0.0, 0.0), start_time=0.5),
+SLEW = ComparisonPlan(seeds=SEEDS, duration={"slew": 6.5}, slew=Slew(rotation=(ANGLE, 0.0, 0.0), start_time=0.5),
             overrides=FEW_MODES)  # fmt: skip
 
 
@@ -132,10 +132,10 @@ def test_a_slew_is_compared_while_it_lasts_and_from_its_end_on(delivered, tmp_pa
 
 
 def test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs(delivered, tmp_path):
-    plan = Plan(seeds=SEEDS, duration={"slew": 5.0}, slew=SLEW.slew)
+    plan = ComparisonPlan(seeds=SEEDS, duration={"slew": 5.0}, slew=SLEW.slew)
     with pytest.raises(InputError, match=r"--stop-time 5: the slew ends at 1\.43. s, .*; give 6 or more"):
         study.run_layouts(delivered, tmp_path / "out", plan)
-    plan = Plan(seeds=SEEDS, overrides={"plant.external.torque[1]": 1.0})
+    plan = ComparisonPlan(seeds=SEEDS, overrides={"plant.external.torque[1]": 1.0})
     with pytest.raises(InputError, match=r"centralised: momentum: a wheel would have to take "):
         study.run_layouts(delivered, tmp_path / "out", plan)
     assert not (tmp_path / "out").exists()
@@ -143,7 +143,7 @@ def test_a_slew_that_leaves_no_time_after_it_is_refused_before_anything_runs(del
 
 def test_a_limit_cycle_is_lost_and_named(delivered, tmp_path):
     """The published design on 40 modes is at the torque limit within a second."""
-    plan = Plan(seeds=SEEDS, duration={"fine_pointing": 4.0},
+    plan = ComparisonPlan(seeds=SEEDS, duration={"fine_pointing": 4.0},
                 overrides={"controller.design": "published", "plant.modes": 40})  # fmt: skip
     job = study.plan_jobs(delivered, tmp_path, plan)["distributed", "fine_pointing", 1]
     found = measure(run_job(job), "distributed", "fine_pointing", 1, None)

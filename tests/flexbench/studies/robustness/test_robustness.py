@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from flexbench.loop.native_fmus import with_native_fmus
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
 from flexbench.runs.run_folder import Run, read_run
-from flexbench.studies.robustness.model_errors import Plan, Variation, judge, run_robustness, table_rows
+from flexbench.studies.robustness.model_errors import Variation, VariationPlan, judge, run_robustness, table_rows
 from flexsat.closed_loop import port_values
 from flexsat.parameters import ALL_MODES
 from flexsat.ports.plant import parameters, ports, simulated
@@ -49,7 +49,7 @@ def test_errors_are_shifts_or_draws_of_the_level():
 
 def test_each_error_reaches_the_plant(centralised):
     """As FMUs have them: every error of the default plan gives a plant that can move, and another one."""
-    matrices, plan = lowest_modes(centralised.plant, 40), Plan(modes=(10, 20, 30))
+    matrices, plan = lowest_modes(centralised.plant, 40), VariationPlan(modes=(10, 20, 30))
     seen = set()
     for variation in plan.variations():
         values = port_values("plant", ports(matrices), variation.parameters(3, matrices.modes))
@@ -77,7 +77,7 @@ def test_participation_is_that_of_the_linear_model(centralised):
 
 @pytest.mark.slow
 def test_centralised_loop_is_stable_with_five_per_cent_errors(fmus, tmp_path):
-    plan = Plan(levels={"frequency": (0.05,)}, modes=())
+    plan = VariationPlan(levels={"frequency": (0.05,)}, modes=())
     outcomes = run_robustness(fmus, tmp_path, ("centralised",), "fine_pointing", plan, (1,), 30.0, ALL_MODES, 1)
     assert [(o.kind, o.stable) for o in outcomes] == [
         ("", True),
@@ -141,5 +141,7 @@ def test_torque_that_grows_or_is_a_limit_cycle_is_unstable(growth, last, stable)
 )
 def test_bad_levels_and_stop_times_are_refused_before_anything_runs(tmp_path, plan, stop, message):
     with pytest.raises(InputError, match=message):
-        run_robustness(tmp_path, tmp_path / "out", ("centralised",), "slew", Plan(**plan), (1,), stop, ALL_MODES)
+        run_robustness(
+            tmp_path, tmp_path / "out", ("centralised",), "slew", VariationPlan(**plan), (1,), stop, ALL_MODES
+        )
     assert not (tmp_path / "out").exists()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexbench.figures.shadow import shadow_figure
-from flexbench.studies.shadow.study import Study, Window
+from flexbench.studies.shadow.study import ShadowWindow, Study
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError, Signals
 from lockstep.shadow.residual import ShadowRun, jump, residuals, total_rms
@@ -90,7 +90,7 @@ def test_jump_is_computed_with_its_neighbours():
 @pytest.mark.parametrize("switchover", [None, 10.0])
 def test_no_words_of_the_figure_overlap(crowded, switchover):
     signals, rode = made_up(SINE, LATE, SINE), replace(recorded(), switchover=switchover)
-    window = Window(start=0.0, end=END, values={})
+    window = ShadowWindow(start=0.0, end=END, values={})
     found = Study(recorded=rode, since=0.0, residuals=residuals(signals, rode), jump=jump(signals, rode), before=window,
                   blending=None, after=None)  # fmt: skip
     assert crowded(shadow_figure(signals, found)) == []
