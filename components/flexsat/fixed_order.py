@@ -98,3 +98,8 @@ def on_grid(values: Array, bits: int = 40) -> Array:
     _, exponent = np.frexp(np.max(np.abs(values), axis=0))
     rounded = np.rint(np.ldexp(values, bits - exponent)) + 0.0  # zeros have no sign
     return np.asarray(np.ldexp(rounded, exponent - bits))
+
+
+def symmetric(matrix: Array) -> Array:
+    """Return the symmetric part of a matrix, (n, n)."""
+    return np.asarray(0.5 * (matrix + matrix.T))

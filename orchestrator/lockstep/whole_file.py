@@ -1,6 +1,7 @@
-"""Write a file whole or not at all."""
+"""Write a file whole or not at all; compute the digest of one."""
 
 import errno
+import hashlib
 import secrets
 from pathlib import Path
 
@@ -26,3 +27,9 @@ def write_whole(path: Path, content: bytes) -> None:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file, read in pieces; raise OSError."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

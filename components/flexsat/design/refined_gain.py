@@ -12,7 +12,7 @@ import scipy
 
 from ..arrays import Array
 from ..double_double import Pair, exactly, product
-from ..fixed_order import on_grid
+from ..fixed_order import on_grid, symmetric
 
 CORRECTIONS = 4  # of the cost matrix: from 1e-6 to 1e-12 as Newton's method does, then by 1e-7 or better each
 GAIN_CORRECTIONS = 2  # of the gain of a cost matrix, by 1e-10 each
@@ -30,13 +30,13 @@ def refined_gain(a: Array, b: Array, state_weight: Array, torque_weight: Array, 
     Source: Hewer (1971), IEEE Trans. Automatic Control 16(4), for the correction.
     """
     exact_a, exact_b = exactly(a), exactly(b)
-    solution = exactly(_symmetric(cost))
+    solution = exactly(symmetric(cost))
     for _ in range(CORRECTIONS):
         after, cross, gain = _gain(exact_a, exact_b, torque_weight, solution)
         defect = product(exact_a.transposed, after) - solution + state_weight - product(cross.transposed, gain)
         closed = a - b @ gain.high
-        change = np.asarray(scipy.linalg.solve_discrete_lyapunov(closed.T, _symmetric(defect.high)), np.float64)
-        solution = solution + _symmetric(change)
+        change = np.asarray(scipy.linalg.solve_discrete_lyapunov(closed.T, symmetric(defect.high)), np.float64)
+        solution = solution + symmetric(change)
     return on_grid(_gain(exact_a, exact_b, torque_weight, solution)[2].high)
 
 
@@ -50,7 +50,3 @@ def _gain(a: Pair, b: Pair, torque_weight: Array, cost: Pair) -> tuple[Pair, Pai
         defect = cross - product(weight, gain)
         gain = gain + np.asarray(np.linalg.solve(weight.high, defect.high), np.float64)
     return after, cross, gain
-
-
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray(0.5 * (matrix + matrix.T))

@@ -19,7 +19,7 @@ from itertools import groupby
 import numpy as np
 
 from ..arrays import Array
-from ..fixed_order import product, solve
+from ..fixed_order import product, solve, symmetric
 
 MOST_DOUBLINGS = 60
 
@@ -35,7 +35,7 @@ class RiccatiStep:
     def apply(self, p: Array) -> Array:
         """Return the next P."""
         inner = solve((np.eye(len(p)) + product(self.h, p)).T, p.T).T
-        return _symmetric(self.g + product(product(self.a, inner), self.a.T))
+        return symmetric(self.g + product(product(self.a, inner), self.a.T))
 
     def then(self, later: RiccatiStep) -> RiccatiStep:
         """Return the step that does this one and then `later`. Source: Chu et al. (2005), IJC 77(8), eq. (2.9)."""
@@ -43,13 +43,9 @@ class RiccatiStep:
         across, spread = solved[:, : len(self.a)], solved[:, len(self.a) :]
         return RiccatiStep(
             a=product(later.a, across),
-            g=_symmetric(later.g + product(product(later.a, spread), later.a.T)),
-            h=_symmetric(self.h + product(product(self.a.T, later.h), across)),
+            g=symmetric(later.g + product(product(later.a, spread), later.a.T)),
+            h=symmetric(self.h + product(product(self.a.T, later.h), across)),
         )
-
-
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray(0.5 * (matrix + matrix.T))
 
 
 def _repeated(step: RiccatiStep, count: int) -> RiccatiStep:

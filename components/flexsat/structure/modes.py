@@ -9,7 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arrays import Array
-from ..fixed_order import on_grid, product
+from ..fixed_order import on_grid, product, symmetric
 from ..parameters import ALL_MODES, Aperture, Plate, Support
 from .kirchhoff_plate import EDGES, PlateMatrices, assemble
 from .mesh import Mesh, mesh_of
@@ -55,7 +55,7 @@ def refined_modes(matrices: PlateMatrices, clamped: NDArray[np.intp], count: int
     """Return frequencies and shapes as `solve_modes`, with signs and pairs fixed: the same bits on every processor."""
     total = matrices.mass.shape[0]
     free = np.setdiff1d(np.arange(total), clamped)
-    stiffness, mass = (_symmetric(m[free][:, free].toarray()) for m in (matrices.stiffness, matrices.mass))
+    stiffness, mass = (symmetric(m[free][:, free].toarray()) for m in (matrices.stiffness, matrices.mass))
     found = Eigenpairs(*scipy.linalg.eigh(stiffness, mass))
     last = np.sqrt(found.values[count - 1 : count + 1])
     kept = count + (len(last) == 2 and _is_pair(*last))  # a pair is turned as a whole
@@ -66,10 +66,6 @@ def refined_modes(matrices: PlateMatrices, clamped: NDArray[np.intp], count: int
     pairs = {k: row[free] for k, row in _rows_of_pairs(frequency, shapes, matrices.rotation).items()}
     values, shapes[free] = refine(stiffness, mass, found, shapes[free], pairs)
     return np.sqrt(values[:count]), on_grid(shapes[:, :count])
-
-
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray(0.5 * (matrix + matrix.T))
 
 
 def _is_pair(lower: float, upper: float) -> bool:

@@ -142,3 +142,8 @@ def _check_distribution(name: str, parameters: Mapping[str, Any], where: str) ->
 def _names() -> Sequence[str]:
     kinds = (scipy.stats.rv_continuous, scipy.stats.rv_discrete)
     return [name for name in dir(scipy.stats) if isinstance(getattr(scipy.stats, name), kinds)]
+
+
+def with_unit(value: Value, unit: str) -> Value:
+    """Return a value as a file may hold it: a text with the unit where there is one."""
+    return f"{value!r} {unit}" if unit and not isinstance(value, str) else value

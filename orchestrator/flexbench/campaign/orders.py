@@ -22,7 +22,7 @@ from ..engine.content import File, put
 from ..engine.fingerprint import files_of, of_system
 from ..loop.fmu_choice import PrintLine, choose_fmus
 from .campaign_file import Campaign, Input, is_spacecraft
-from .distributions import Value
+from .distributions import Value, with_unit
 from .order import Order, Wanted, moved_files, with_delays
 from .sampling import Case, draw
 from .signal_units import check_signal_units
@@ -81,7 +81,7 @@ class Orders:
         overrides = dict(campaign.settings)
         for one in campaign.inputs:
             if one.kind == "parameter":
-                overrides |= dict.fromkeys(one.targets, _with_unit(values[one.name], one.unit))
+                overrides |= dict.fromkeys(one.targets, with_unit(values[one.name], one.unit))
         return Order(
             number=number,
             system=self._stored(number).system,
@@ -175,10 +175,6 @@ def _store(system: System, store: Path) -> Stored:
         path.write_bytes(pickle.dumps(moved, protocol=5))
         kept = put(path, store)
     return Stored(system=kept, files=tuple(sorted(files.values())))
-
-
-def _with_unit(value: Value, unit: str) -> Value:
-    return f"{value!r} {unit}" if unit and not isinstance(value, str) else value
 
 
 def _ends(target: str) -> tuple[str, str]:

@@ -19,7 +19,7 @@ from lockstep.results.run_record import to_toml
 from ..loop.fmu_choice import PrintLine
 from ..loop.spacecraft import check_built_in_names, read_file
 from .campaign_file import Campaign, Input, is_spacecraft
-from .distributions import Value
+from .distributions import Value, with_unit
 from .sampling import Case
 
 _FIELD = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*|\[[1-9]\d*\])*")
@@ -101,7 +101,7 @@ def _changed(path: Path, fields: Sequence[Input], values: Case, where: str) -> S
     tables = parse_toml(original.text.encode(), str(path))
     for one in fields:
         for target in one.targets:
-            _set(tables, target, _with_unit(values[one.name], one.unit), f"{path.name}: input.{one.name}")
+            _set(tables, target, with_unit(values[one.name], one.unit), f"{path.name}: input.{one.name}")
     given = ", ".join(f"{one.name} = {values[one.name]!r}" for one in fields)
     try:
         changed = parse_spacecraft(to_toml(tables), path.name, path.parent)
@@ -135,7 +135,3 @@ def _entry(place: Any, part: str, target: str, where: str) -> Any:
         raise InputError(f"{where}: spacecraft = {target!r}: {part}: the file has {count} entries there; write them in"
                          " the file, or correct the number")  # fmt: skip
     return place[number - 1]
-
-
-def _with_unit(value: Value, unit: str) -> Value:
-    return f"{value!r} {unit}" if unit and not isinstance(value, str) else value

@@ -26,7 +26,7 @@ example:
 @out_option("file to write (default: print it)", metavar="FILE")
 def adapt(fmu: Path, like: str, out: Path | None) -> int:
     """Draft the adapter of a foreign FMU from names, units and array sizes, and list the open decisions."""
-    from flexsat.fmu.reproducible_zip import write_atomically
+    from lockstep.whole_file import write_whole
 
     from ..adapt.draft import draft_for
 
@@ -36,7 +36,7 @@ def adapt(fmu: Path, like: str, out: Path | None) -> int:
     if out is None:
         print(text, end="")
     else:
-        write_atomically(out, text.encode())
+        write_whole(out, text.encode())
         wrote(out)
     for doubt in doubts:
         note(f"undecided: {doubt}")

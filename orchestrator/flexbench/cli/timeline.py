@@ -25,12 +25,12 @@ example:
 @click.option("--svg", type=PATH, metavar="FILE", help="also draw the timeline")
 def timeline(system: Path, timing: TimingOptions, ticks: int, svg: Path | None) -> int:
     """Show which component is stepped when, and which values are transferred between them."""
-    from flexsat.fmu.reproducible_zip import write_atomically
     from lockstep.plan.timeline import routes, timeline_lines
     from lockstep.plan.timeline import timeline as steps_of
     from lockstep.plan.timeline_svg import timeline_svg
     from lockstep.ssp.load import load_system
     from lockstep.system.clock import seconds
+    from lockstep.whole_file import write_whole
 
     loaded = with_delays(load_system(system, timing.timing()), timing.delay)
     print_lines(timeline_lines(loaded, ticks))
@@ -58,6 +58,6 @@ def timeline(system: Path, timing: TimingOptions, ticks: int, svg: Path | None) 
         "connections",
     )
     if svg is not None:
-        write_atomically(svg, timeline_svg(loaded, ticks).encode())
+        write_whole(svg, timeline_svg(loaded, ticks).encode())
         wrote(svg)
     return 0

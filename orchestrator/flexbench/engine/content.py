@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import getpass
-import hashlib
 import os
 import shutil
 import tempfile
@@ -15,6 +14,7 @@ from pathlib import Path
 from time import time
 
 from lockstep.errors import InputError
+from lockstep.whole_file import file_digest
 
 _FOLDER = "flexsat-files"
 MOST = 2_000_000_000  # bytes in the store of a machine, beside what was used within an hour
@@ -36,16 +36,10 @@ class File:
         return self.digest + self.suffix
 
 
-def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def put(path: Path, store: Path) -> File:
     """Copy a file into a store, unless it is there; return its name there. InputError if it cannot be read."""
     try:
-        file = File(digest=digest_of(path), suffix=path.suffix)
+        file = File(digest=file_digest(path), suffix=path.suffix)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     if not (store / file.name).is_file():
@@ -122,6 +116,6 @@ def _holds(path: Path, file: File) -> bool:
 @lru_cache(256)
 def _digest_then(path: Path, _changed: int, _size: int) -> str:
     try:
-        return digest_of(path)
+        return file_digest(path)
     except OSError:
         return ""

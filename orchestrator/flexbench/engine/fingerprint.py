@@ -14,8 +14,7 @@ from typing import Any
 from lockstep.plain_values import plain_value
 from lockstep.system.component import Component
 from lockstep.system.system import System
-
-from .content import digest_of
+from lockstep.whole_file import file_digest
 
 _PACKAGES = ("flexsat", "lockstep", "flexbench")
 _NUMERICAL = ("numpy", "scipy", "pyarrow")
@@ -36,7 +35,7 @@ def of_system(system: System) -> list[Any]:
     """Return a system as plain values, with the content of its files in place of their paths."""
     text = repr(system)
     for path in sorted(files_of(system), key=lambda path: len(str(path)), reverse=True):
-        text = text.replace(repr(path), f"<{digest_of(path)}>")
+        text = text.replace(repr(path), f"<{file_digest(path)}>")
     return [system.name, text]
 
 

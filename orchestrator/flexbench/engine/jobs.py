@@ -17,13 +17,13 @@ from lockstep.errors import InputError
 from lockstep.processes.cpu_affinity import own_thread
 from lockstep.results.results_folder import claim
 from lockstep.system.system import System
+from lockstep.whole_file import file_digest
 
 from ..loop.native_fmus import with_native_fmus
 from ..runs.flown_design import keep_flown
 from ..runs.json_file import read_json, write_json
 from ..runs.metrics_file import write_paper_metrics
 from ..runs.mission_monitor import watch_run
-from .content import digest_of
 from .dispatch import dispatch
 from .fingerprint import fingerprint, of_system
 from .job_progress import ShownJobs, show_jobs
@@ -115,9 +115,9 @@ def run_job(job: Job) -> Finished:
 
 def _mark(job: Job, system: System) -> str:
     """Return what the content of a job's folder depends on."""
-    checkpoint = None if job.checkpoint is None else digest_of(job.checkpoint)
+    checkpoint = None if job.checkpoint is None else file_digest(job.checkpoint)
     what = [job.stop_time, job.record, job.metrics, job.native, list(job.reinitialised), checkpoint]
-    what += [digest_of(path) for path in job.inputs]
+    what += [file_digest(path) for path in job.inputs]
     return fingerprint(of_system(system), dict(job.overrides), what)
 
 

@@ -19,9 +19,9 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from flexbench.studies.paper.published import ROWS
 from flexsat.arrays import Array
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from lockstep import InputError, Signals
+from lockstep.whole_file import write_whole
 
 from .palette import BLUE, GREEN, VERMILLION
 
@@ -189,7 +189,7 @@ def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure to one file, in the format of its name: .png or .svg; raise InputError if that cannot be."""
     _lay_out(figure)
     try:
-        write_atomically(path, _svg(figure, path.stem).encode() if path.suffix == ".svg" else _png(figure))
+        write_whole(path, _svg(figure, path.stem).encode() if path.suffix == ".svg" else _png(figure))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
 
@@ -198,8 +198,8 @@ def save_figure(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `folder`/`name`.png and .svg, the same bytes for the same figure; return their paths."""
     _lay_out(figure)
     png, svg = folder / f"{name}.png", folder / f"{name}.svg"
-    write_atomically(png, _png(figure))
-    write_atomically(svg, _svg(figure, name).encode())
+    write_whole(png, _png(figure))
+    write_whole(svg, _svg(figure, name).encode())
     return [png, svg]
 
 

@@ -10,12 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from lockstep.run.real_time_pacing import time_text
+
 from .drawing import STYLE, WIDTH
 from .palette import BLUE, GREEN, ORANGE
 
 _OTHERS = ("exchange", "recording", "waiting", "rest")
 _ROW = 0.28  # inch of a bar
-_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
 def profile_figure(record: Mapping[str, Any]) -> Figure:
@@ -55,7 +56,7 @@ def _draw_parts(axes: Axes, parts: list[tuple[str, float, str]], wall: float) ->
 def _draw_lateness(axes: Axes, pace: Mapping[str, Any]) -> None:
     """Draw the histogram of how late ticks began, on a logarithmic axis of their number."""
     edges, counts = list(pace["lateness_edges"]), list(pace["lateness_counts"])
-    names = [f"to {_with_unit(edges[0])}", *map(_with_unit, edges[1:]), f"over {_with_unit(edges[-1])}"]
+    names = [f"to {time_text(edges[0])}", *map(time_text, edges[1:]), f"over {time_text(edges[-1])}"]
     places = np.arange(len(counts))
     axes.barh(places, counts, color=GREEN, height=0.7)
     axes.set_yticks(places, names)
@@ -66,8 +67,3 @@ def _draw_lateness(axes: Axes, pace: Mapping[str, Any]) -> None:
     axes.set_ylabel("lateness, up to")
     worst = f"worst {1e3 * float(pace['worst_lateness']):.3g} ms late"
     axes.set_title(f"paced at {pace['factor']:g} x real time: {pace['overruns']} overruns, {worst}")
-
-
-def _with_unit(time: float) -> str:
-    size, unit = next((size, unit) for size, unit in _UNITS if time >= 0.99 * size)
-    return f"{time / size:.0f} {unit}"

@@ -16,12 +16,13 @@ from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.native.compilers import check_compilers
 from flexsat.fmu.native.sources import IN_C, native_folder
-from flexsat.fmu.reproducible_zip import write_atomically, zip_bytes
+from flexsat.fmu.reproducible_zip import zip_bytes
 from flexsat.parameters import ConfigurationName
 from lockstep.errors import InputError
 from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.ssp.package_members import package_entries
 from lockstep.ssp.traceability import srmd_bytes
+from lockstep.whole_file import write_whole
 
 from ..html.document import as_markdown
 from ..html.render import as_html
@@ -117,11 +118,11 @@ def _build_file(
         print_line(f"{path.name}: {line}")
     identities = _build_each(designs, folder, print_line, options)
     copy = folder / spacecraft.name / FILE
-    write_atomically(copy, spacecraft.text.encode())
+    write_whole(copy, spacecraft.text.encode())
     written = write_icd(designs, folder / spacecraft.name, identities[spacecraft.name])
     data = [folder / spacecraft.name / name for name in spacecraft.files]
     for target, content in zip(data, spacecraft.files.values(), strict=True):
-        write_atomically(target, content)
+        write_whole(target, content)
     for one in (copy, *data, *written):
         print_line(str(one))
 
@@ -201,8 +202,8 @@ def write_packages(designs: Designs, systems: Sequence[Path], built: Mapping[str
     for scenario, path in zip(SCENARIOS, systems, strict=True):
         package, metadata = path.with_suffix(".ssp"), path.with_suffix(".srmd")
         content = zip_bytes(package_entries(path), compress=False)  # FMUs are compressed already
-        write_atomically(package, content)
-        write_atomically(metadata, _metadata(designs, scenario, package.name, content, built))
+        write_whole(package, content)
+        write_whole(metadata, _metadata(designs, scenario, package.name, content, built))
         paths += [package, metadata]
     return paths
 
@@ -245,5 +246,5 @@ def write_icd(
         "ICD.html": as_html(blocks),
     }
     for name, text in files.items():
-        write_atomically(folder / name, text.encode())
+        write_whole(folder / name, text.encode())
     return [folder / name for name in files]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import platform
 from collections.abc import Mapping
@@ -15,8 +14,8 @@ from typing import Any
 
 from flexsat.description.configuration import Configuration
 from flexsat.fmu.export import BuiltFmu
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import Aperture, ConfigurationName
+from lockstep.whole_file import file_digest, write_whole
 
 from .scenarios import SCENARIOS, scenario_parameters
 
@@ -45,7 +44,7 @@ def describe_configuration(
         }
         for component, fmu in built.items()
     }
-    files = {path.relative_to(folder).as_posix(): {"sha256": _sha256(path)} for path in others}
+    files = {path.relative_to(folder).as_posix(): {"sha256": file_digest(path)} for path in others}
     return {"versions": dict(versions()), "parameters": _parameters(config), "fmus": fmus, "files": files}
 
 
@@ -82,7 +81,7 @@ def write_manifest(folder: Path, entries: Mapping[ConfigurationName, dict[str, A
         "scenarios": {scenario: scenario_parameters(scenario) for scenario in SCENARIOS},
         "configurations": dict(sorted(configurations.items())),
     }
-    write_atomically(path, (json.dumps(content, indent=2) + "\n").encode())
+    write_whole(path, (json.dumps(content, indent=2) + "\n").encode())
     return content
 
 
@@ -130,11 +129,6 @@ def _configurations(path: Path) -> dict[str, Any]:
 def _unchanged(folder: Path, entry: Any) -> bool:
     try:
         listed = {**entry["fmus"], **entry.get("files", {})}
-        return all(_sha256(folder / name) == facts["sha256"] for name, facts in listed.items())
+        return all(file_digest(folder / name) == facts["sha256"] for name, facts in listed.items())
     except (OSError, KeyError, TypeError, AttributeError):
         return False
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

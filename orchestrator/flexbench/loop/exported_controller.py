@@ -10,11 +10,11 @@ from flexsat.controller_weights import ControllerDesign
 from flexsat.fmu.embedded.export import HEADER, controller_files
 from flexsat.fmu.embedded.header import Precision
 from flexsat.fmu.python.load_matrices import MODEL_FILE, load_matrices
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from flexsat.runtime.controller_parameters import ControllerMatrices
 from flexsat.variants import OF_DESIGN
 from lockstep.errors import InputError
+from lockstep.whole_file import write_whole
 
 
 def export_controller(
@@ -32,7 +32,7 @@ def export_controller(
     if folder.is_dir() and any(folder.iterdir()) and not (folder / HEADER).is_file():
         raise InputError(f"{folder}: holds files that are no exported controller; name a new or an empty folder")
     for name, content in files.items():
-        write_atomically(folder / name, content)
+        write_whole(folder / name, content)
     return len(files)
 
 

@@ -10,7 +10,6 @@ from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build_missions import FOLDER, build_missions, mission_data
 from flexsat.fmu.native.sources import native_folder
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from flexsat.ports import environment, mission, thrusters
 from flexsat.ports.table import FmiVersion, Port
@@ -18,6 +17,7 @@ from lockstep import Component, Connection, System, write_ssd
 from lockstep.errors import InputError
 from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.system.clock import Time, nanoseconds
+from lockstep.whole_file import write_whole
 
 from ..html.document import as_markdown
 from ..html.render import as_html
@@ -98,7 +98,7 @@ def write_missions(
         (TIMELINE_FILE, timeline_svg(system, TIMELINE_TICKS)),
         ("ICD.html", as_html(blocks)),
     ):
-        write_atomically(layout / FOLDER / file, text.encode())
+        write_whole(layout / FOLDER / file, text.encode())
         paths.append(layout / FOLDER / file)
     for path in paths:
         print_line(str(path))

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from flexsat.arrays import Array, Index
 from flexsat.design.chain import Design, cost_arrays
 from flexsat.fmu.python.load_matrices import COST, MODEL_FILE
-from flexsat.fmu.reproducible_zip import npz_bytes, write_atomically
+from flexsat.fmu.reproducible_zip import npz_bytes
 from flexsat.runtime.slew_guidance import Profile, plan
 from flexsat.variants import VARIANT_PORT, Variant, chosen_by
 from lockstep import InputError
 from lockstep.results.read_run_record import read_run_record
+from lockstep.whole_file import write_whole
 
 from .commands import Command
 from .loop_names import LoopNames, loop_names
@@ -139,7 +140,7 @@ def write_flown(folder: Path, design: FlownDesign) -> None:
     arrays |= {name: np.asarray(getattr(design, name)) for name in _ARRAYS}
     if design.cost is not None:
         arrays |= {f"{COST}.{f.name}": np.asarray(getattr(design.cost, f.name)) for f in fields(CostWeights)}
-    write_atomically(folder / FILE, npz_bytes(arrays))
+    write_whole(folder / FILE, npz_bytes(arrays))
 
 
 def _read_kept(path: Path) -> FlownDesign:

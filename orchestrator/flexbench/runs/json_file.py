@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from flexsat.fmu.reproducible_zip import write_atomically
 from lockstep import InputError
 from lockstep.data_text import check_shape, parse_json
 from lockstep.plain_values import plain_value
+from lockstep.whole_file import write_whole
 
 REMEDY = "delete it, or write it again"
 
@@ -19,7 +19,7 @@ def write_json(path: Path, content: Any, indent: int | None = 2) -> Path:
     """Write a JSON file and return its path; `indent` None is for long arrays, which then take one line."""
     path.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=indent, default=lambda value: plain_value(value, path.name))  # numpy's
-    write_atomically(path, f"{text}\n".encode())
+    write_whole(path, f"{text}\n".encode())
     return path
 
 

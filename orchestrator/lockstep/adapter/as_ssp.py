@@ -220,7 +220,7 @@ class _Translation:
             self.connections.append(replace(new, factor=pair.factor, offset=pair.offset, table=pair.table, via=()))
             return
         port = self.ports.variables.get(old.input)
-        target = _end(port, None) if port is not None else source
+        target = port.end(port.unit) if port is not None else source
         way = convert(source, target, old.hops, str(old))
         self.connections.append(
             _linear(
@@ -250,7 +250,7 @@ class _Translation:
                     self.connections.append(changed)
                     continue
                 target = self._end(old.to_component, old.input)
-                way = convert(_end(port, None), target, old.hops, str(old))
+                way = convert(port.end(port.unit), target, old.hops, str(old))
                 gain, bias = way.gain * pair.factor, way.gain * pair.offset + way.bias
                 self.connections.append(_linear(new, gain, bias, self._unit(variable), target.unit))
 
@@ -259,7 +259,8 @@ class _Translation:
         for name, value in self.binding.substitutes.items():
             for connection in self.made.get(name, ()):
                 target = self._end(connection.to_component, connection.input)
-                way = convert(_end(self.ports.variables[name], None), target, connection.hops, str(connection))
+                variable = self.ports.variables[name]
+                way = convert(variable.end(variable.unit), target, connection.hops, str(connection))
                 given: Value = way.gain * value + way.bias
                 if target.type not in ("Real", "Float64", "Float32"):
                     whole = int(value) if way.function is None else way.function(int(value))
@@ -294,12 +295,8 @@ class _Translation:
         description = self._description(component)
         if port not in description.variables:
             raise InputError(description.lacks(component, port, "port"))
-        return _end(description.variables[port], self.system.component(component).units.get(port))
-
-
-def _end(variable: Variable, declared: Unit | None) -> End:
-    unit = known_unit(variable.unit, declared)
-    return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)
+        variable = description.variables[port]
+        return variable.end(known_unit(variable.unit, self.system.component(component).units.get(port)))
 
 
 def _linear(

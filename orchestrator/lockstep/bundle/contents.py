@@ -45,14 +45,9 @@ class Contents:
         """The sampled components that no input reaches: their sample at a communication point is taken there."""
         return {t.name for t in self.layout.schedule.tasks if not (t.continuous or t.after_row)}
 
-    def starts(self, name: str) -> dict[str, dict[int, Value]]:
+    def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
         """Return a component's values by type and reference, as the system gives them."""
-        found: dict[str, dict[int, Value]] = {}
-        for key, value in self.wiring.parameters[name].items():
-            variable = self.descriptions[name].variables[key]
-            if variable.scalar is not None:
-                found.setdefault(variable.scalar, {})[variable.reference] = value
-        return found
+        return self.wiring.starts(name, self.descriptions[name])
 
 
 def contents(system: System, overrides: Mapping[str, Override], choice: Choice, step: Time | None = None) -> Contents:

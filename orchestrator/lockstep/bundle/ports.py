@@ -13,7 +13,7 @@ from lockstep.plan.wiring import Wiring
 from lockstep.results.signal_patterns import matching
 from lockstep.system.component import Component, Value
 from lockstep.system.system import Feed, System
-from lockstep.system.transformation import End, convert
+from lockstep.system.transformation import convert
 from lockstep.system.units import Unit, known_unit
 
 ALL, NONE = "all", "none"
@@ -135,8 +135,8 @@ def _inputs(system: System, descriptions: Mapping[str, Description], wiring: Wir
 def _fed(name: str, unit: Unit | None, feed: Feed, descriptions: Mapping[str, Description]) -> Target:
     variable = descriptions[feed.component].variables[feed.input]
     what = f"{name} -> {feed.component}.{feed.input}"
-    source = End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)
-    target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
+    source = variable.end(unit)
+    target = variable.end(variable.unit)
     conversion = convert(source, target, feed.hops, what)
     if conversion.function is not None:
         raise InputError(f"{what}: a bundle carries linear conversions of Reals only, no mapping; choose "

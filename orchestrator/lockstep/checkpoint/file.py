@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import os
@@ -25,6 +24,7 @@ from lockstep.data_text import parse_json
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import open_zip
 from lockstep.system.clock import Time, nanoseconds, read_nanoseconds, seconds_text
+from lockstep.whole_file import file_digest
 
 FOLDER = "checkpoints"  # in a results folder
 FORMAT, VERSION = "lockstep checkpoint", 1
@@ -127,5 +127,4 @@ def read_checkpoint(path: Path | str) -> Checkpoint:
             raise
         except (ValueError, KeyError, EOFError) as error:
             raise InputError(f"{path}: is a damaged checkpoint ({error}); use another one") from None
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return Checkpoint(path=path.absolute(), sha256=digest, header=header, arrays=values, states=states)
+    return Checkpoint(path=path.absolute(), sha256=file_digest(path), header=header, arrays=values, states=states)

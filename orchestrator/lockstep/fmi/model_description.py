@@ -20,6 +20,7 @@ from lockstep.fmi.safe_zip import open_file, open_zip, sha256_of
 from lockstep.fmi.slave import Scalar
 from lockstep.system.component import Component
 from lockstep.system.sums import Sums
+from lockstep.system.transformation import End
 from lockstep.system.units import Unit
 
 SSP_SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
@@ -101,6 +102,10 @@ class Variable:
         if self.native == "Enumeration":
             return "Int64"  # as FMI 3.0 passes them
         return _SCALARS.get(self.native or self.type)
+
+    def end(self, unit: Unit | None) -> End:
+        """Return the variable as the end of a connection, in a unit."""
+        return End(type=self.type, unit=unit, relative=self.relative, items=self.items)
 
     @property
     def limits(self) -> tuple[int, int]:

@@ -21,7 +21,7 @@ from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
 from lockstep.fmi.parameter_values import parse_value
 from lockstep.fmi.slave import DTYPES, Scalar
-from lockstep.results.table_file import TIME, Table, TableFile, file_digest, open_table
+from lockstep.results.table_file import TIME, Table, TableFile, open_table, table_digest
 from lockstep.system.component import Value
 from lockstep.system.system import System, SystemInput
 from lockstep.system.transformation import Conversion, End, Hop, convert, family
@@ -88,7 +88,7 @@ def unchanged(entries: Iterable[Mapping[str, Any]]) -> list[Path]:
     """Return the files of an earlier run, as its run.toml lists them; InputError if one has changed since."""
     for entry in entries:
         path = Path(entry["path"])
-        if (now := file_digest(path)) != entry["sha256"]:
+        if (now := table_digest(path)) != entry["sha256"]:
             hashes = f"sha256 {entry['sha256'][:12]} then, {now[:12]} now"
             raise InputError(f"{path}: has changed since the run, {hashes}; restore the old one")
     return [Path(entry["path"]) for entry in entries]
@@ -199,7 +199,7 @@ def _conversion(table: Table, column: Column, what: str) -> Conversion:
     """Return how the values in the file become those of the input."""
     variable = column.variable
     stated = table.file.units.get(column.name, "") if variable.scalar == "Real" else ""
-    target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
+    target = variable.end(variable.unit)
     tables = [hop.table.kind for hop in column.hops if hop.table is not None]
     source = End(type=tables[0] if tables else family(variable.type), unit=column.unit, items=variable.items)
     found = (

@@ -12,7 +12,7 @@ from lockstep.plain_values import plain_value
 from lockstep.shadow.component import described
 from lockstep.system.component import Value
 from lockstep.system.system import System
-from lockstep.system.transformation import End, transferred
+from lockstep.system.transformation import transferred
 
 Override = Value | Sequence[Value]
 
@@ -37,7 +37,7 @@ def resolve_overrides(
         for feed in one.feeds:
             variable = settable(feed.component, feed.input, descriptions[feed.component])
             what = f"{one.name} -> {feed.component}.{feed.input}"
-            target = End(type=variable.type, unit=variable.unit, relative=variable.relative, items=variable.items)
+            target = variable.end(variable.unit)
             given = parse_value(item, in_unit(variable, one.unit), what)
             sent = transferred(given, one.unit, feed.hops, target, what)[0]
             found.append((feed.component, variable, parse_value(sent, variable, what)))

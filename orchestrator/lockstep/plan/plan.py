@@ -104,12 +104,7 @@ class Plan:
 
     def starts(self, name: str) -> dict[Scalar, dict[int, Value]]:
         """Return a component's parameters and start values by type and reference."""
-        starts: dict[Scalar, dict[int, Value]] = {}
-        for key, value in self.wiring.parameters[name].items():
-            variable = self.descriptions[name].variables[key]
-            if variable.scalar is not None:  # a value of another type is refused before
-                starts.setdefault(variable.scalar, {})[variable.reference] = value
-        return starts
+        return self.wiring.starts(name, self.descriptions[name])
 
 
 def _patterns(record: Sequence[str]) -> tuple[str, ...]:

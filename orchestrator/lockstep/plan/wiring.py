@@ -56,6 +56,15 @@ class Wiring:
     parameters: Mapping[str, Mapping[str, Value]]
     unconnected: Mapping[str, tuple[str, ...]]
 
+    def starts(self, name: str, description: Description) -> dict[Scalar, dict[int, Value]]:
+        """Return a component's parameters and start values by type and reference."""
+        starts: dict[Scalar, dict[int, Value]] = {}
+        for key, value in self.parameters[name].items():
+            variable = description.variables[key]
+            if variable.scalar is not None:  # a value of another type is refused before
+                starts.setdefault(variable.scalar, {})[variable.reference] = value
+        return starts
+
 
 def wire(
     system: System,

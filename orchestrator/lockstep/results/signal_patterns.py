@@ -8,6 +8,7 @@ from functools import cached_property
 from lockstep.array_names import in_order, name_and_arrays
 from lockstep.errors import InputError, compact, suggestion
 from lockstep.fmi.model_description import Description, Variable
+from lockstep.system.name_patterns import is_pattern
 from lockstep.system.system import System
 
 ALL = "all"
@@ -55,7 +56,7 @@ class _Names:
     def matching(self, pattern: str) -> list[str]:
         if pattern == ALL:
             return list(self.names)
-        if not has_wildcards(pattern):
+        if not is_pattern(pattern):
             return self._found.get(pattern, [])
         return matching(pattern, self.names)
 
@@ -103,11 +104,6 @@ def split_kind(pattern: str) -> tuple[str, str]:
     """Return the kind of variables before the colon of a pattern, "" if there is none, and the rest."""
     kind, colon, rest = pattern.partition(":")
     return (kind, rest) if colon and kind in _KINDS else ("", pattern)
-
-
-def has_wildcards(pattern: str) -> bool:
-    """Return whether a pattern can mean names other than itself and the elements of an array."""
-    return "*" in pattern or "?" in pattern
 
 
 def matching(pattern: str, names: Iterable[str]) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from pyarrow import csv as arrow_csv
 
 from lockstep.errors import InputError, compact
+from lockstep.whole_file import file_digest
 
 TIME = "time"
 _DELIMITERS = ",;\t"
@@ -89,7 +89,7 @@ class Table:
 
 def open_table(path: Path) -> TableFile:
     """Return what a file holds, or raise InputError."""
-    digest = file_digest(path)
+    digest = table_digest(path)
     with path.open("rb") as stream:
         parquet = stream.read(4) == b"PAR1"
     if parquet:
@@ -117,10 +117,10 @@ def open_table(path: Path) -> TableFile:
     return TableFile(path=path, sha256=digest, names=renamed, delimiter=delimiter, units=stated)
 
 
-def file_digest(path: Path) -> str:
+def table_digest(path: Path) -> str:
     """Return the SHA-256 of a file, or raise InputError."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return file_digest(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error}); give a CSV or Parquet file") from None
 

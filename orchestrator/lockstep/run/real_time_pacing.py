@@ -116,18 +116,18 @@ class Pacer:
         for k in range(found[0], found[-1] + 1):
             count = int(self.counts[k])
             if k == 0:
-                span = f"up to {_with_unit(EDGES[0])}"
+                span = f"up to {time_text(EDGES[0])}"
             elif k == len(EDGES):
-                span = f"over {_with_unit(EDGES[-1])}"
+                span = f"over {time_text(EDGES[-1])}"
             else:
-                span = f"{_with_unit(EDGES[k - 1])} to {_with_unit(EDGES[k])}"
+                span = f"{time_text(EDGES[k - 1])} to {time_text(EDGES[k])}"
             bar = "#" * math.ceil(_BAR * count / most)
             lines.append(f"{span:>18} {count:>9} {bar}".rstrip())
         return lines
 
 
-def _with_unit(time: float) -> str:
-    """Return a time [s] of the histogram, 50 us for example."""
+def time_text(time: float) -> str:
+    """Return a time [s] in the largest unit that suits it, 50 us for example."""
     size, unit = next((size, unit) for size, unit in _UNITS if time >= 0.99 * size)
     return f"{time / size:.0f} {unit}"
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockstep.errors import InputError
-from lockstep.fmi.model_description import Description, Variable, read_description
+from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.safe_zip import open_file
 from lockstep.ssp.annotations import SYSTEM_ATTRIBUTES, DeclaredSteps, annotation, flag, master_step
 from lockstep.ssp.documents.location import Location, location_of
@@ -28,7 +28,7 @@ from lockstep.ssp.tree import Branch, Leaf, PortPath, Setting
 from lockstep.system.clock import Time, nanoseconds
 from lockstep.system.component import Component, Connector, Kind, Value
 from lockstep.system.system import Connection, Feed, System, SystemInput, SystemPort
-from lockstep.system.transformation import End, Hop, transferred
+from lockstep.system.transformation import Hop, transferred
 from lockstep.system.units import Unit, known_unit
 
 
@@ -232,7 +232,8 @@ class _Assembly:
         variable = self.describe(leaf).variables.get(name)
         if variable is None:
             raise InputError(self.describe(leaf).lacks(leaf.path, name, "parameter"))
-        return transferred(setting.value, setting.unit, hops, end_of(variable, declared), what)[0], None
+        end = variable.end(known_unit(variable.unit, declared))
+        return transferred(setting.value, setting.unit, hops, end, what)[0], None
 
     def _ports(self) -> tuple[SystemPort, ...]:
         """Return the connectors of the whole system that are connected to a component at once, and unchanged."""
@@ -263,9 +264,3 @@ def _changes(hop: Hop) -> bool:
 
 def _same_value(one: Setting, other: Setting) -> bool:
     return (type(one.value), one.value, one.unit) == (type(other.value), other.value, other.unit)
-
-
-def end_of(variable: Variable, declared: Unit | None) -> End:
-    """Return an FMU's variable as the end of a way; the file's unit counts where the FMU declares none."""
-    unit = known_unit(variable.unit, declared)
-    return End(type=variable.type, unit=unit, relative=variable.relative, items=variable.items)

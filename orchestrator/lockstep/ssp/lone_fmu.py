@@ -1,6 +1,5 @@
 """Make a system of one FMU alone: its inputs keep their start values or are set, its outputs are recorded."""
 
-import hashlib
 from pathlib import Path
 
 from lockstep.errors import InputError
@@ -10,6 +9,7 @@ from lockstep.ssp.step_times import Timing
 from lockstep.system.clock import Time, nanoseconds
 from lockstep.system.component import Component
 from lockstep.system.system import System
+from lockstep.whole_file import file_digest
 
 
 def _stop_time(description: Description, start: Time, tick: Time) -> Time | None:
@@ -41,7 +41,7 @@ def lone_fmu(path: Path, timing: Timing) -> System:
         stop_time=_stop_time(description, start, tick),
         components=(component,),
         path=path,
-        sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        sha256=file_digest(path),
         warnings=tuple(warnings),
     )
     timing.check_names(system)

@@ -6,7 +6,8 @@ import time
 import pytest
 
 from flexbench.engine import content
-from flexbench.engine.content import File, digest_of, found, put, receive
+from flexbench.engine.content import File, found, put, receive
+from lockstep.whole_file import file_digest
 
 HOUR, DAY = 3600.0, 86400.0
 
@@ -20,7 +21,7 @@ def store(tmp_path, monkeypatch):
 
 def file_of(tmp_path, data):
     (tmp_path / "data.fmu").write_bytes(data)
-    return File(digest=digest_of(tmp_path / "data.fmu"), suffix=".fmu")
+    return File(digest=file_digest(tmp_path / "data.fmu"), suffix=".fmu")
 
 
 def make_old(path, age):

@@ -36,10 +36,10 @@ examples:
                    " `nastran/bin/pip install pyNastran`")  # fmt: skip
 def modal(source: Path, out: Path | None, nastran_python: Path | None) -> int:
     """Check modal data of a structure: participation, mass, inertia, orthogonality, what is missing; convert them."""
-    from flexsat.fmu.reproducible_zip import write_atomically
     from flexsat.structure.modal_checks import modal_checks
     from flexsat.structure.modal_file import modal_bytes
     from flexsat.structure.modal_sources import read_modal_source
+    from lockstep.whole_file import write_whole
 
     from .nastran_process import ENDING, read_nastran
 
@@ -61,7 +61,7 @@ def modal(source: Path, out: Path | None, nastran_python: Path | None) -> int:
     keep_table(("check", "right"), ((check.text, check.right) for check in checks), "checks")
     keep_table(("quantity", "value", "unit"), (number for check in checks for number in check.numbers), "numbers")
     if out is not None:
-        write_atomically(out, modal_bytes(data))
+        write_whole(out, modal_bytes(data))
         wrote(out)
     wrong = [check.text for check in checks if not check.right]
     if wrong:

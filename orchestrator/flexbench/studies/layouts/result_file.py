@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from flexsat.fmu.reproducible_zip import write_atomically
+from lockstep.whole_file import write_whole
 
 from ...html.text_table import format_table
 from ...runs.json_file import read_table, write_json
@@ -34,8 +34,8 @@ def write_result(comparison: Comparison, folder: Path) -> list[Path]:
     """Write the files; return their paths."""
     rows = compare(comparison)
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / "layouts.txt", as_text(comparison, rows).encode())
-    write_atomically(folder / "layouts.csv", as_csv(comparison).encode())
+    write_whole(folder / "layouts.txt", as_text(comparison, rows).encode())
+    write_whole(folder / "layouts.csv", as_csv(comparison).encode())
     write_json(folder / RESULT, as_json(comparison, rows))
     return [folder / name for name in ("layouts.txt", "layouts.csv", RESULT)]
 

@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from flexsat.description.built_in import CONFIGURATIONS
-from flexsat.fmu.reproducible_zip import write_atomically
 from flexsat.parameters import ConfigurationName
 from lockstep import InputError
 from lockstep.results.read_run_record import read_run_record
+from lockstep.whole_file import write_whole
 
 from ...engine.jobs import Job, run_jobs
 from ...loop.scenarios import SCENARIOS, ScenarioName, Value, scalar_overrides, scenario_parameters
@@ -101,7 +101,7 @@ def run_paper(
         ("table.csv", as_csv(results)),
         ("table.json", as_json(results)),
     ):
-        write_atomically(folder / name, content.encode())
+        write_whole(folder / name, content.encode())
     return results
 
 

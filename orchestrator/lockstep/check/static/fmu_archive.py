@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from lockstep.check.static.model import Model, parse_xml
 from lockstep.check.static.other_models import read_model_of
 from lockstep.errors import InputError
 from lockstep.fmi.safe_zip import UnreadableZip, examine_zip
+from lockstep.whole_file import file_digest
 
 DESCRIPTION = "modelDescription.xml"
 LARGEST_DESCRIPTION = 500_000_000  # [bytes] unpacked: refuse a zip bomb, not a large model
@@ -53,8 +53,7 @@ def read_archive(path: Path) -> FmuArchive:
     if path.is_dir():
         raise InputError(f"{path}: is a folder; pack it into one .fmu file (zip) to check it")
     try:
-        with path.open("rb") as stream:
-            sha256 = hashlib.file_digest(stream, "sha256").hexdigest()
+        sha256 = file_digest(path)
         size = path.stat().st_size
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the path of an .fmu file") from None

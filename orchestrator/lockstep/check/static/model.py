@@ -195,11 +195,13 @@ def _unit(element: etree._Element) -> UnitDefinition:
     return UnitDefinition(unit=unit, line=element.sourceline, display=display)
 
 
-def _unknowns(root: etree._Element, tag: str) -> tuple[Unknown, ...]:
-    def words(element: etree._Element, name: str) -> tuple[str, ...] | None:
-        text = element.get(name)
-        return None if text is None else tuple(text.split())
+def words(element: etree._Element, name: str) -> tuple[str, ...] | None:
+    """Return the words of an attribute, None if there is none."""
+    text = element.get(name)
+    return None if text is None else tuple(text.split())
 
+
+def _unknowns(root: etree._Element, tag: str) -> tuple[Unknown, ...]:
     return tuple(
         Unknown(
             index=element.get("index", ""),

@@ -18,6 +18,7 @@ from lockstep.check.static.model import (
     UnitDefinition,
     Unknown,
     read_model,
+    words,
 )
 from lockstep.system.units import Unit
 
@@ -105,10 +106,6 @@ def _start3(element: etree._Element, texts: list[str]) -> str | None:
 
 
 def _unknowns3(root: etree._Element, tag: str, numbers: Mapping[str, str]) -> tuple[Unknown, ...]:
-    def words(element: etree._Element, name: str) -> tuple[str, ...] | None:
-        text = element.get(name)
-        return None if text is None else tuple(text.split())
-
     found = []
     for element in root.iterfind(f"ModelStructure/{tag}"):
         reference, fed = element.get("valueReference", ""), words(element, "dependencies")
