@@ -7,6 +7,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -105,8 +106,8 @@ MODULES = {
 
 def imports(tree, module, is_package):
     """Return every module that is imported anywhere in a source: in functions, for types, and by `import_module`."""
-    found = set()
-    for node in ast.walk(tree):
+    found, nodes = set(), list(ast.walk(tree))
+    for node in nodes:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -118,16 +119,15 @@ def imports(tree, module, is_package):
             # `from package import module` imports the module, not what else is in the package
             inner = {f"{base}.{alias.name}" for alias in node.names} & MODULES.keys()
             found |= inner if len(inner) == len(node.names) else inner | {base}
-    return found | imports_by_name(tree, module)
+    return found | imports_by_name(nodes, module)
 
 
-def imports_by_name(tree, module):
+def imports_by_name(nodes, module):
     """Return the modules that texts in a source name, if it calls `import_module`."""
-    calls = any(isinstance(node, ast.Name | ast.Attribute) and "import_module" in ast.unparse(node).split(".")
-                for node in ast.walk(tree))  # fmt: skip
-    if not calls:
+    names = {node.id for node in nodes if isinstance(node, ast.Name)}
+    if "import_module" not in names | {node.attr for node in nodes if isinstance(node, ast.Attribute)}:
         return set()
-    texts = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    texts = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     parts = {text.partition(":")[0] for text in texts if re.fullmatch(r"[\w.]+(:\w+)?", text)} - {"__main__"}
     package = module.partition(".")[0]
     # a name may be whole, or stand behind the package or the folder that the source adds to it
@@ -135,8 +135,16 @@ def imports_by_name(tree, module):
             if name in MODULES and name != module}  # fmt: skip
 
 
-TREES = {module: ast.parse(path.read_text(encoding="utf-8")) for module, path in MODULES.items()}
-IMPORTS = {module: imports(tree, module, MODULES[module].name == "__init__.py") for module, tree in TREES.items()}
+@cache  # read by the first test that needs them, not by each worker that collects this file
+def trees():
+    """Return the parsed source of each module."""
+    return {module: ast.parse(path.read_text(encoding="utf-8")) for module, path in MODULES.items()}
+
+
+@cache
+def import_table():
+    """Return the imports of each module."""
+    return {module: imports(tree, module, MODULES[module].name == "__init__.py") for module, tree in trees().items()}
 
 
 def folder_of(module):
@@ -186,13 +194,13 @@ def reached(start):
         if module in seen or module not in MODULES:
             continue
         seen.add(module)
-        open_ += [*IMPORTS[module], module.rpartition(".")[0]]
+        open_ += [*import_table()[module], module.rpartition(".")[0]]
     return seen
 
 
 def test_every_arrow_is_in_the_tables():
     assert len(MODULES) > 250
-    refused = {f"{module} -> {name}" for module in MODULES for name in objections(module, IMPORTS[module])}
+    refused = {f"{module} -> {name}" for module in MODULES for name in objections(module, import_table()[module])}
 
     assert sorted(refused) == []
 
@@ -243,7 +251,7 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
     foreign = {
         (module, name)
         for module in inside
-        for name in IMPORTS[module]
+        for name in import_table()[module]
         if name.partition(".")[0] not in {"flexsat", "numpy", *sys.stdlib_module_names}
     }
 
@@ -260,12 +268,17 @@ def test_what_travels_in_an_fmu_needs_numpy_alone():
 
 def test_the_closed_loop_runs_without_fmi_files_and_master():
     inside = reached(["flexsat.closed_loop"])
-    assert not [name for module in inside for name in IMPORTS[module] if name.startswith(("fmpy", "lockstep"))]
+    assert not [name for module in inside for name in import_table()[module] if name.startswith(("fmpy", "lockstep"))]
 
 
 def test_a_run_does_not_wait_for_what_draws_and_reports():
     """Matplotlib, pandas and the parts of SciPy, which a design needs, take longer to import than a short run takes."""
-    source = "import sys; from flexbench.cli.parser import main; main(['run', 'none.ssd']); print(*sys.modules)"
+    source = (
+        "import sys; from flexbench.cli.parser import main; main(['run', 'none.ssd'])\n"
+        "from flexsat.description.built_in import CONFIGURATIONS, built_in\n"
+        "for name in CONFIGURATIONS: built_in(name)  # its wheels are those that a run watches\n"
+        "print(*sys.modules)"
+    )
     loaded = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True).stdout.split()
     assert "flexbench.runs.run_folder" in loaded
     assert {"matplotlib", "pandas", "xarray"} & set(loaded) == set()
@@ -292,7 +305,8 @@ def circles(arrows):
 def test_no_module_imports_itself_through_others():
     """A package's own __init__ aside, which re-exports what is in it."""
     arrows = {
-        module: {name for name in IMPORTS[module] if name in MODULES and not module.startswith(f"{name}.")} - {module}
+        module: {name for name in import_table()[module] if name in MODULES and not module.startswith(f"{name}.")}
+        - {module}
         for module in MODULES
     }
 
@@ -304,7 +318,7 @@ def test_the_bench_refuses_bad_input_by_input_error():
     """A ValueError of a library is a bug of flexsat: exit code 70. What a user can mend is an InputError."""
     raised = {
         f"{module}:{node.lineno}"
-        for module, tree in TREES.items()
+        for module, tree in trees().items()
         if module.startswith("flexbench")
         for node in ast.walk(tree)
         if isinstance(node, ast.Raise) and node.exc is not None and "ValueError" in ast.unparse(node.exc).split("(")[0]
@@ -332,7 +346,7 @@ def test_no_folder_is_crowded():
 
 def test_what_is_public_has_a_docstring():
     lacking = []
-    for module, tree in TREES.items():
+    for module, tree in trees().items():
         bodies = [tree, *(n for n in tree.body if isinstance(n, ast.ClassDef) and not n.name.startswith("_"))]
         public = [
             node

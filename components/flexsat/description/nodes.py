@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..parameters import Aperture, Modes
-from ..structure.mesh import Mesh, mesh_of
+from ..structure.mesh import MeshNodes, nodes_of
 from ..structure.modes import mode_limit
 from .appendage import Appendage
 from .fields import make, read_fields
@@ -36,7 +36,7 @@ def check_nodes(
 ) -> None:
     """Refuse sites that are no nodes of the structure; raise SpacecraftFileError."""
     names = [f"{one.name}.{name}" for one in appendages for name in one.structure.names]
-    mesh = None if aperture is None else mesh_of(aperture)
+    mesh = None if aperture is None else nodes_of(aperture)
     for site in sites:
         if site.node and site.node not in names:
             some = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
@@ -46,7 +46,7 @@ def check_nodes(
             _check_polar(source, site, mesh)
 
 
-def _check_polar(source: Source, site: Site, mesh: Mesh | None) -> None:
+def _check_polar(source: Source, site: Site, mesh: MeshNodes | None) -> None:
     if mesh is None:
         source.refuse(["sites", site.name], "radius and angle are of a node of the aperture, and there is none; write"
                       ' node = "appendage.node"')  # fmt: skip

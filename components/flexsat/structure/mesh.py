@@ -32,6 +32,18 @@ SLIVER_AREA = 1e-4  # m2; Delaunay leaves such triangles along straight edges (P
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshNodes:
+    """Nodes of a plane mesh in body axes x, y, without its triangles. Equal to themselves only."""
+
+    nodes: Array  # (n, 2) [m]
+    hole: Index  # nodes on the edge of the hole
+
+    def node_at(self, radius: float, angle_deg: float) -> int:
+        """Return the node at a polar position; raise ValueError if there is none within 1 mm."""
+        return node_at(self.nodes, radius, angle_deg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mesh:
     """Nodes and triangles of a plane mesh in body axes x, y. Equal to itself only."""
 
@@ -50,13 +62,16 @@ class Mesh:
 
     def node_at(self, radius: float, angle_deg: float) -> int:
         """Return the node at a polar position; raise ValueError if the mesh has none within 1 mm."""
-        distance = np.linalg.norm(self.nodes - polar(radius, angle_deg), axis=1)
-        nearest = int(np.argmin(distance))
-        if distance[nearest] > 1e-3:
-            raise ValueError(
-                f"site {radius} m @ {angle_deg} deg: no mesh node; nearest is {distance[nearest]:.3f} m off"
-            )
-        return nearest
+        return node_at(self.nodes, radius, angle_deg)
+
+
+def node_at(nodes: Array, radius: float, angle_deg: float) -> int:
+    """Return which of the nodes, (n, 2) [m], is at a polar position; raise ValueError if none is within 1 mm."""
+    distance = np.linalg.norm(nodes - polar(radius, angle_deg), axis=1)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] > 1e-3:
+        raise ValueError(f"site {radius} m @ {angle_deg} deg: no mesh node; nearest is {distance[nearest]:.3f} m off")
+    return nearest
 
 
 def polar(radius: float, angle_deg: float) -> Array:
@@ -94,8 +109,8 @@ def _unique(points: Array) -> tuple[Array, Index]:
 
 
 @lru_cache
-def record_mesh(aperture: Aperture) -> Mesh:
-    """Build the mesh of record: 138 nodes and 216 triangles, six-fold symmetric.
+def record_nodes(aperture: Aperture) -> MeshNodes:
+    """Place the 138 nodes of the mesh of record, six-fold symmetric.
 
     Raises
     ------
@@ -115,19 +130,41 @@ def record_mesh(aperture: Aperture) -> Mesh:
     outline = points[(shared < 3) & (radius > 2.0 * aperture.tile_side)]
     hole = np.array([polar(aperture.tile_side, 30.0 + 60.0 * k) for k in range(6)])
     interior = np.array([polar(r, angle + 60.0 * k) for r, angle in RECORD_INTERIOR for k in range(6)])
-    nodes = np.concatenate([hole, outline, interior])
+    return MeshNodes(nodes=np.concatenate([hole, outline, interior]), hole=np.arange(6))
+
+
+@lru_cache
+def record_mesh(aperture: Aperture) -> Mesh:
+    """Build the mesh of record: 138 nodes and 216 triangles, six-fold symmetric.
+
+    Raises
+    ------
+    ValueError
+        As `record_nodes` does.
+    """
+    placed = record_nodes(aperture)
+    nodes, centres = placed.nodes, tile_centres(aperture)
     triangles = np.asarray(scipy.spatial.Delaunay(nodes).simplices, dtype=np.intp)
     centroids = nodes[triangles].mean(axis=1)
     inside = _in_some_tile(centroids, centres, aperture.tile_side)
     triangles = _counter_clockwise(nodes, triangles[inside])
     triangles = triangles[triangle_areas(nodes, triangles) > SLIVER_AREA]
-    return Mesh(nodes=nodes, triangles=triangles, hole=np.arange(6))
+    return Mesh(nodes=nodes, triangles=triangles, hole=placed.hole)
 
 
 @lru_cache
 def mesh_of(aperture: Aperture) -> Mesh:
     """Return the mesh that an aperture asks for."""
     return record_mesh(aperture) if aperture.mesh == "record" else refinable_mesh(aperture, aperture.refinements)
+
+
+@lru_cache
+def nodes_of(aperture: Aperture) -> MeshNodes:
+    """Return the nodes of the mesh that an aperture asks for: those of the mesh of record without a triangulation."""
+    if aperture.mesh == "record":
+        return record_nodes(aperture)  # the library that makes triangles takes longer to load than a short run takes
+    mesh = mesh_of(aperture)
+    return MeshNodes(nodes=mesh.nodes, hole=mesh.hole)
 
 
 def refinable_mesh(aperture: Aperture, refinements: int = 0) -> Mesh:

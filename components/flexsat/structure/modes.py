@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..fixed_order import on_grid, product, symmetric
 from ..parameters import ALL_MODES, Aperture, Plate, Support
 from .kirchhoff_plate import EDGES, PlateMatrices, assemble
-from .mesh import Mesh, mesh_of
+from .mesh import Mesh, MeshNodes, mesh_of, nodes_of
 from .refinement import Eigenpairs, refine
 from .structure import Structure
 
@@ -22,7 +22,7 @@ TIE = 2e-5  # relative difference below which deflections are those of symmetric
 PARTNER_GAP = 1e-6  # relative frequency difference below which two modes are one degenerate pair
 
 
-def clamped_dofs(mesh: Mesh, support: Support) -> NDArray[np.intp]:
+def clamped_dofs(mesh: Mesh | MeshNodes, support: Support) -> NDArray[np.intp]:
     """Return the clamped degrees of freedom: all three at the hole's six vertices, or at every node of its edge."""
     if support == "edge":
         nodes = mesh.hole
@@ -145,8 +145,8 @@ def aperture_structure(aperture: Aperture, plate: Plate, count: int) -> Structur
 
 def mode_limit(aperture: Aperture) -> int:
     """Return how many modes an aperture has on its mesh."""
-    mesh = mesh_of(aperture)
-    return FREEDOMS * len(mesh.nodes) - len(clamped_dofs(mesh, aperture.support))
+    placed = nodes_of(aperture)
+    return FREEDOMS * len(placed.nodes) - len(clamped_dofs(placed, aperture.support))
 
 
 def of_plate(mesh: Mesh, plate: Plate, matrices: PlateMatrices, frequency: Array, shapes: Array) -> Structure:
