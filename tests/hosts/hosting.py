@@ -33,7 +33,8 @@ TICK = 1_000_000  # [ns]
 CONFIGURATIONS = ("centralised", "distributed", "distributed/flat", "centralised/native", "distributed/native")
 COMPONENTS = ("sensors", "controller", "plant")  # in the order of a tick
 # BLAS with one thread adds in one order: only so can two hosts agree to the last bit
-COPIED = ("run_fmpy.py", "run_lockstep.py", "run_package.py", "run_simulate_ssp.py")  # what they import takes a second
+# what they import takes a second
+COPIED = ("run_fmpy.py", "run_lockstep.py", "run_package.py", "run_simulate_ssp.py", "pypi/run_references.py")
 IMPORTED = ("numpy", "fmpy.fmi2", "fmpy.ssp.simulation", "lockstep.simulation", "lockstep.results.read")
 ENVIRONMENT = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 # packages of another environment are installed without compiled files: it takes less time to compile what is imported
@@ -181,11 +182,19 @@ class Bench:
 
     def run(self, script: str, setup: Mapping[str, Any], python: Path = Path(sys.executable)) -> Trajectory:
         """Run a script beside this file in a process of its own with its setup; return what it saved."""
+        return self.run_each(script, [setup], python)[0]
+
+    def run_each(
+        self, script: str, setups: Sequence[Mapping[str, Any]], python: Path = Path(sys.executable)
+    ) -> list[Trajectory]:
+        """Run a script with one setup after another, all in one process; return what it saved of each."""
         name = Path(script).name
-        given, saved = self.path(f"{name}.json"), self.path(f"{name}.npz")
-        given.write_text(json.dumps(setup), encoding="utf-8")
-        command = [str(HERE / script), str(given), str(saved)]
-        limit = 300 + 0.01 * setup.get("ticks", 0)  # s of wall time, also where many share the machine
+        command, limit = [str(HERE / script)], 300.0  # s of wall time, also where many share the machine
+        for setup in setups:
+            given, saved = self.path(f"{name}.json"), self.path(f"{name}.npz")
+            given.write_text(json.dumps(setup), encoding="utf-8")
+            command += [str(given), str(saved)]
+            limit += 0.01 * setup.get("ticks", 0)
         if script in COPIED and str(python) == sys.executable:
             done = _copies().run(command, timeout=limit)
         else:
@@ -194,7 +203,7 @@ class Bench:
                 [python, *command], capture_output=True, text=True, check=False, timeout=limit, env=own
             )
         assert done.returncode == 0, f"{script}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}"
-        return load(saved)
+        return [load(Path(path)) for path in command[2::2]]
 
     def reference(
         self,

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,6 +43,12 @@ def read(given: str) -> ClosedLoop:
     return ClosedLoop(**json.loads(Path(given).read_text(encoding="utf-8")))
 
 
+def run_each(main: Callable[[str, str], None]) -> None:
+    """Run each loop that the arguments name, with where to save it: a host takes longer to import than to run it."""
+    for given, saved in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+        main(given, saved)
+
+
 def save(saved: str, loop: ClosedLoop, rows: Any) -> None:
     """Save the rows as `hosting.load` reads them."""
     values = np.array(rows, np.float64)
@@ -53,8 +61,8 @@ class Component:
     """One FMU through FMPy, with its variables by name and of their own types."""
 
     def __init__(self, path: str) -> None:
-        self.variables = {v.name: v for v in read_model_description(path).modelVariables}
         description = read_model_description(path)
+        self.variables = {v.name: v for v in description.modelVariables}
         self._folder = extract(path)
         self.fmu = FMU2Slave(
             guid=description.guid,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -63,13 +63,19 @@ class Package:
     options: Mapping[str, Any] = field(default_factory=dict)
     own_environment: bool = False
 
-    def run(self, bench: Bench, configuration: str, ticks: int = TICKS) -> Trajectory:
-        """Return the real outputs after each step of 5 ms."""
+    def run(self, bench: Bench, configurations: Sequence[str], ticks: int = TICKS) -> dict[str, Trajectory]:
+        """Return the real outputs of each configuration after each step of 5 ms, all run in one process."""
+        setups = [self._setup(bench, configuration, ticks) for configuration in configurations]
+        python = {"python": HOSTS_PYTHON} if self.own_environment else {}
+        found = bench.run_each(f"pypi/{self.script}", setups, **python)
+        return dict(zip(configurations, found, strict=True))
+
+    def _setup(self, bench: Bench, configuration: str, ticks: int) -> dict[str, Any]:
         system = load_system(bench.folder / configuration / "fine_pointing.ssd")
         values = {c.name: dict(c.parameters) for c in system.components}
         for name, settings in SCHEMES[self.scheme].values.items():
             values[name] |= settings
-        setup = {
+        return {
             "fmus": {name: str(bench.fmu(name, configuration)) for name in COMPONENTS},
             "values": values,
             "connections": [(c.from_component, c.output, c.to_component, c.input) for c in system.connections],
@@ -78,9 +84,6 @@ class Package:
             "ticks": ticks,
             "options": dict(self.options),
         }
-        if self.own_environment:
-            return bench.run(f"pypi/{self.script}", setup, HOSTS_PYTHON)
-        return bench.run(f"pypi/{self.script}", setup)
 
 
 TOOLBOX = lacks("fmu_manipulation_toolbox", "fmu-manipulation-toolbox")

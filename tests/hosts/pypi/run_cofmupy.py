@@ -1,10 +1,8 @@
 """Close the loop in CoFMuPy, in its way of Jacobi or of Gauss and Seidel, all components at one step."""
 
-import sys
-
 import cofmupy.wrappers
 from cofmupy import Coordinator
-from loop import first_inputs, read, save
+from loop import first_inputs, read, run_each, save
 
 
 class TypedHandler(cofmupy.wrappers.Fmu2Handler):
@@ -49,4 +47,4 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_each(main)

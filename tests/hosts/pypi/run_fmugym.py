@@ -3,14 +3,13 @@
 The container is made by fmu-manipulation-toolbox, as FMUGym takes one FMU, sets Reals alone and no start values.
 """
 
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import toolbox
 from fmugym import FMUGym, FMUGymConfig, VarSpace
-from loop import Component, first_inputs, read, save
+from loop import Component, first_inputs, read, run_each, save
 
 
 class Spacecraft(FMUGym):
@@ -83,4 +82,4 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_each(main)

@@ -1,13 +1,11 @@
 """Close the loop in gemseo-fmu, by an MDA of Jacobi or of Gauss and Seidel, all components at one step."""
 
-import sys
-
 import numpy as np
 from fmpy import read_model_description
 from gemseo_fmu.disciplines._variables import RealVariable
 from gemseo_fmu.disciplines.do_step_fmu_discipline import DoStepFMUDiscipline
 from gemseo_fmu.disciplines.time_stepping_system import TimeSteppingSystem
-from loop import first_inputs, read, save
+from loop import first_inputs, read, run_each, save
 
 
 class TypedDiscipline(DoStepFMUDiscipline):
@@ -80,4 +78,4 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_each(main)

@@ -4,12 +4,12 @@ Blocks whose events fall on one time are stepped in the order in which the simul
 each are passed on before the next steps: sensors, controller, plant is the order of a tick.
 """
 
-import sys
+from unittest.mock import patch
 
 import numpy as np
 import pathsim_fmi.blocks
 from fmpy.fmi1 import FMICallException
-from loop import first_inputs, read, save
+from loop import first_inputs, read, run_each, save
 from pathsim import Connection, Simulation
 from pathsim.blocks import Constant, Scope
 
@@ -43,11 +43,12 @@ def main(given, saved):
     loop = read(given)
     first = first_inputs(loop)
     assert_refused(loop.fmus["controller"])
-    pathsim_fmi.blocks.FMUWrapper = TypedWrapper
-    blocks = {
-        name: pathsim_fmi.CoSimulationFMU(path, name, loop.values[name] | first[name], loop.options["periods"][name])
-        for name, path in loop.fmus.items()
-    }
+    periods = loop.options["periods"]
+    with patch.object(pathsim_fmi.blocks, "FMUWrapper", TypedWrapper):
+        blocks = {
+            name: pathsim_fmi.CoSimulationFMU(path, name, loop.values[name] | first[name], periods[name])
+            for name, path in loop.fmus.items()
+        }
     others, connections = [], [Connection(blocks[a][output], blocks[b][to]) for a, output, b, to in loop.connections]
     for name, block in blocks.items():
         for port, value in loop.values[name].items():  # what is not connected would be set to 0 at every step
@@ -57,7 +58,7 @@ def main(given, saved):
     scopes = {name: Scope() for name in loop.outputs}
     for name, outputs in loop.outputs.items():
         connections += [Connection(blocks[name][output], scopes[name][i]) for i, output in enumerate(outputs)]
-    step = min(loop.options["periods"].values())
+    step = min(periods.values())
     simulation = Simulation([*blocks.values(), *scopes.values(), *others], connections, dt=step, log=False)
     every = round(loop.step / step)
     simulation.run((every * loop.ticks - 1) * step, adaptive=False)  # the first step of all is made at time 0
@@ -65,4 +66,4 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_each(main)

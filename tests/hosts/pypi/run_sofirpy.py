@@ -4,9 +4,7 @@ sofirpy sets the inputs of the next step one connection after the other, and log
 once with the torque, so the connections of the sensors come first, and what is passed on is logged as it arrives.
 """
 
-import sys
-
-from loop import first_inputs, read, save
+from loop import first_inputs, read, run_each, save
 from sofirpy import simulate
 
 
@@ -34,4 +32,4 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_each(main)

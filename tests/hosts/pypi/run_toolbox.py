@@ -1,11 +1,10 @@
 """Close the loop in a container of fmu-manipulation-toolbox, run by FMPy."""
 
-import sys
 import tempfile
 from pathlib import Path
 
 import toolbox
-from loop import Component, first_inputs, read, save
+from loop import Component, first_inputs, read, run_each, save
 
 
 def main(given, saved):
@@ -30,4 +29,4 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_each(main)
