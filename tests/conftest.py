@@ -103,6 +103,14 @@ def _kept_libraries(tmp_path_factory: pytest.TempPathFactory) -> None:
     fmus.c_fmu.kept = _shared(tmp_path_factory) / "libraries"
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _kept_objects(tmp_path_factory: pytest.TempPathFactory) -> Generator[None, None, None]:
+    """Compile each unit of the FMUs in C once for all workers, and for the commands that they start."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXSAT_OBJECTS", str(_shared(tmp_path_factory) / "objects"))
+        yield
+
+
 @pytest.fixture(scope="session")
 def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Make], Path]:
     """Return a function that makes a named folder once for all workers, whichever comes first; for reading only."""

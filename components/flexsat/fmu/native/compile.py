@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import re
+import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache, lru_cache
 from pathlib import Path
 
 from ...errors import BuildError
 from ...ports.table import FmiVersion
 from ..documentation.native_notes import NativeNotes
 from .compilers import Compiler, compiler_for
+from .kept_objects import VARIABLE as KEPT_OBJECTS
+from .kept_objects import kept_object
 from .platforms import folders, needs
 from .sources import INCLUDE
 from .universal_binary import universal_binary
@@ -20,6 +25,7 @@ from .universal_binary import universal_binary
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
 _COMPILING = tuple(option for option in OPTIONS if option != "-shared")
 TOP = 10_000  # bytes of a file that its includes stand in; matrices follow them
+_SYSTEM_HEADER = re.compile(rb"^#include <([\w./]+)>", re.MULTILINE)
 _MOST_OBJECTS = 1000  # that are kept: more than the FMUs of all platforms have
 
 
@@ -115,12 +121,39 @@ def _needed(unit: str, sources: Mapping[str, bytes]) -> dict[str, bytes]:
 
 @lru_cache(_MOST_OBJECTS)
 def _object(compiler: Compiler, unit: str, files: tuple[tuple[str, bytes], ...]) -> bytes:
-    """Compile a unit that several FMUs have, once."""
+    """Compile a unit that several FMUs have, once; in each process, or once for all that keep objects."""
+    if not os.environ.get(KEPT_OBJECTS):
+        return _compiled(compiler, unit, files)
+    system_headers = sorted({name for _, content in files for name in _SYSTEM_HEADER.findall(content[:TOP])})
+    inputs = [_identity(compiler), _headers(compiler, tuple(system_headers)), unit.encode()]
+    inputs += [part for name, content in files for part in (name.encode(), content)]
+    return kept_object(inputs, lambda: _compiled(compiler, unit, files))
+
+
+def _compiled(compiler: Compiler, unit: str, files: Iterable[tuple[str, bytes]]) -> bytes:
     with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
         for file, content in files:
             Path(folder, file).write_bytes(content)
         _run(compiler, [*_COMPILING, "-c", unit, "-o", _object_name(unit)], folder, unit)
         return Path(folder, _object_name(unit)).read_bytes()
+
+
+def _identity(compiler: Compiler) -> bytes:
+    """Return what tells a compiler with its options from others, or from itself after an update."""
+    program = shutil.which(compiler.command[0]) or compiler.command[0]
+    found = Path(program).stat()
+    update = (os.path.realpath(program), found.st_size, found.st_mtime_ns)
+    return repr((compiler.command, compiler.version, _COMPILING, update)).encode()
+
+
+@cache
+def _headers(compiler: Compiler, names: tuple[bytes, ...]) -> bytes:
+    """Return what the compiler's own headers come to, with all macros: another C library gives other objects."""
+    lines = [b"#if __has_include(<%s>)\n#include <%s>\n#endif\n" % (name, name) for name in names]
+    with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
+        Path(folder, "headers.c").write_bytes(b"".join(lines))
+        _run(compiler, [*_COMPILING, "-E", "-dD", "headers.c", "-o", "headers.i"], folder, "headers.c")
+        return Path(folder, "headers.i").read_bytes()
 
 
 def _run(compiler: Compiler, arguments: Sequence[str], folder: str, name: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...variants import AS_PUBLISHED, CORRECTED
-from .c_text import double_text, wrapped
+from .c_text import wrapped, wrapped_doubles
 
 
 def matrix_sources(component: str, variants: Mapping[str, Any]) -> dict[str, str]:
@@ -81,8 +81,9 @@ def _entries(name: str, value: Any, label: str, source: list[str], written: dict
     content = kind.encode() + np.ascontiguousarray(value).tobytes()
     known = written.setdefault(content, label)
     if known == label:
-        text = [str(int(v)) if kind == "int" else double_text(v) for v in value.ravel().tolist()] or ["0"]
-        source += [f"static const {kind} {label}[{len(text)}] = {{", *wrapped(text), "};", ""]
+        whole = kind == "int" or not value.size  # C has no empty arrays
+        lines = wrapped([str(int(v)) for v in value.ravel()] or ["0"]) if whole else wrapped_doubles(value)
+        source += [f"static const {kind} {label}[{value.size or 1}] = {{", *lines, "};", ""]
     rows = value.shape[0] if value.ndim else 1
     columns = value.size // rows if rows else 0
     return [f".{name} = {known}", f".{name}_rows = {rows}", f".{name}_columns = {columns}"]
