@@ -127,6 +127,20 @@ def check_rates(rates: Rates) -> None:
         whole_multiple(f"Rates.{period}", getattr(rates, period), getattr(rates, step))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Basis:
+    """What a design begins with: sizes and nominal values of its components. The controller has no gains yet."""
+
+    config: Configuration
+    structure: Spacecraft  # the plant's, with all its modes
+    spacecraft: Spacecraft  # the controller's, with the modes that it is designed with
+    response: WheelResponse
+    model: LinearModel
+    plant: PlantMatrices
+    sensors: SensorMatrices
+    controller: ControllerMatrices  # all gains empty
+
+
 @lru_cache(maxsize=8)
 def build_design(config: Configuration, variant: Variant = CORRECTED) -> Design:
     """Run the whole design chain of one configuration.
@@ -142,14 +156,9 @@ def build_design(config: Configuration, variant: Variant = CORRECTED) -> Design:
         For periods that do not fit together, weights without a stabilising gain, or the release of a spacecraft that
         has none.
     """
-    check_rates(config.rates)
-    release = config.release_for(variant)
-    banded = _structure(replace(config, weights=Weights()), release)
-    structure, response = banded.spacecraft, banded.response
-    config = replace(config, wheels=banded.config.wheels)
-    spacecraft = keep_modes(structure, modes_of_design(structure, config.modes))
+    basis = design_basis(config, variant)
+    config, spacecraft, model = basis.config, basis.spacecraft, basis.model
     noise, period, wheels = config.noise, config.rates.controller, config.wheel_set
-    model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     regulator = design_regulator(spacecraft, model, config.weights, period)
     phases = whole_multiple("Rates.star_tracker", config.rates.star_tracker, period)
     assumed = assumed_by_filter(config)
@@ -167,10 +176,50 @@ def build_design(config: Configuration, variant: Variant = CORRECTED) -> Design:
     )
     against_jitter = np.zeros((spacecraft.wheel_count, 4 * spacecraft.wheel_count))
     if config.weights.jitter_cancellation > 0.0:
-        quick = linearise(keep_modes(structure, slice(MODES)), response.nominal, noise.filter_frequency)
+        quick = linearise(keep_modes(basis.structure, slice(MODES)), basis.response.nominal, noise.filter_frequency)
         against_jitter = jitter_torque(
             quick, wheels, fine, regulator.gain, model, period, config.weights.jitter_cancellation
         )
+    gains: dict[str, Any] = {
+        "gain_coarse": coarse.gain,
+        "gain_fine": fine.gain,
+        "feedback": regulator.gain,
+        "jitter_torque": against_jitter,
+        **slow_gains(config, spacecraft, phases, none=variant.without_slow_filters),
+    }
+    return Design(
+        config=config,
+        variant=variant,
+        structure=basis.structure,
+        spacecraft=spacecraft,
+        response=basis.response,
+        model=model,
+        regulator=regulator,
+        coarse=coarse,
+        fine=fine,
+        plant=basis.plant,
+        sensors=basis.sensors,
+        controller=replace(basis.controller, **gains),
+    )
+
+
+def design_basis(config: Configuration, variant: Variant = CORRECTED) -> Basis:
+    """Return all of a design but its gains, which take most of its time; ports do not depend on them.
+
+    Raises
+    ------
+    ValueError
+        As `build_design`, but for weights.
+    """
+    check_rates(config.rates)
+    release = config.release_for(variant)
+    banded = _structure(replace(config, weights=Weights()), release)
+    structure, response = banded.spacecraft, banded.response
+    config = replace(config, wheels=banded.config.wheels)
+    spacecraft = keep_modes(structure, modes_of_design(structure, config.modes))
+    noise, period, wheels = config.noise, config.rates.controller, config.wheel_set
+    phases = whole_multiple("Rates.star_tracker", config.rates.star_tracker, period)
+    model = linearise(spacecraft, response.nominal, noise.filter_frequency)
     reference = linearise(spacecraft, response.nominal, noise.filter_frequency, gyroscopic=False)
     reference_a, reference_b = reference.rigid_and_flexible()
     shaper_frequency, shaper_damping = dominant_pole(spacecraft)
@@ -185,12 +234,9 @@ def build_design(config: Configuration, variant: Variant = CORRECTED) -> Design:
         b_torque=model.b_torque,
         b_jitter=model.b_jitter,
         c=model.c,
-        gain_coarse=coarse.gain,
-        gain_fine=fine.gain,
-        feedback=regulator.gain,
-        jitter_torque=against_jitter,
+        **dict.fromkeys(("gain_coarse", "gain_fine", "feedback", "jitter_torque"), np.zeros((0, 0))),
         b_body=model.b_body,
-        **slow_gains(config, spacecraft, phases, none=variant.without_slow_filters),
+        **slow_gains(config, spacecraft, phases, none=True),
         deflection_of_torque=static_deflection(spacecraft),
         reference_a=reference_a,
         reference_b=reference_b,
@@ -219,16 +265,12 @@ def build_design(config: Configuration, variant: Variant = CORRECTED) -> Design:
     gyro_noise, gyro_noise_factor = over_largest(config.gyro_noise)
     broadband_force, broadband_force_factor = over_largest(wheels.broadband_force)
     broadband_torque, broadband_torque_factor = over_largest(wheels.broadband_torque)
-    return Design(
+    return Basis(
         config=config,
-        variant=variant,
         structure=structure,
         spacecraft=spacecraft,
         response=response,
         model=model,
-        regulator=regulator,
-        coarse=coarse,
-        fine=fine,
         plant=plant_matrices(structure, response.nominal, config.rates.plant, release.flexible_accelerometers),
         sensors=SensorMatrices(
             nominal_speed=response.nominal,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from flexsat.closed_loop import PORTS
 from flexsat.description.built_in import CONFIGURATIONS, configuration
-from flexsat.design.chain import Design, build_design
+from flexsat.design.chain import Design, build_design, design_basis
 from flexsat.parameters import ConfigurationName
 from flexsat.ports.table import Port
 from flexsat.ports.units import BASE_UNITS, unit_of
@@ -32,8 +32,8 @@ def contracts(like: str | None = None) -> tuple[Contract, ...]:
 
 
 def contracts_of(name: ConfigurationName) -> tuple[Contract, ...]:
-    """Return the contracts of one spacecraft: its sizes come from its design."""
-    design = design_named(name)
+    """Return the contracts of one spacecraft: its sizes come from its design, without the gains."""
+    design = design_basis(configuration(name)) if name in CONFIGURATIONS else design_named(name)
     found = []
     for component, ports in PORTS.items():
         needed = {port for source, _, names, _ in WIRES for port in names if source == component}

@@ -7,19 +7,15 @@ from pathlib import Path
 import pytest
 
 from flexbench.adapt.contracts import contracts, contracts_of
-from flexsat.design.chain import build_designs
-from flexsat.fmu.build import build_configuration
 from lockstep.check.contract import choose, compare
 from lockstep.check.contract_findings import contract_findings
 from lockstep.check.static.model import Model, parse_xml, read_model
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Model]:
+def models(delivered: Path) -> dict[str, Model]:
     """Return the model description of each centralised FMU."""
-    folder = tmp_path_factory.mktemp("fmus")
-    build_configuration(build_designs("centralised"), folder)
-    return {path.stem: description(path) for path in (folder / "centralised").glob("*.fmu")}
+    return {path.stem: description(path) for path in (delivered / "centralised").glob("*.fmu")}
 
 
 def description(path: Path) -> Model:
