@@ -18,6 +18,7 @@ from .quantities import NOT_NEGATIVE, PERIOD, POSITIVE, Range, check_ranges
 RPM = 2.0 * math.pi / 60.0  # rad/s
 DEGREE = math.pi / 180.0  # rad
 ARCSECOND = DEGREE / 3600.0  # rad
+HERTZ = 2.0 * math.pi  # rad/s
 
 # Upper limits are far from anything that is built; beyond them results are not those of a spacecraft, or not numbers.
 IMBALANCE = Range(minimum=0.0, maximum=1e-2)  # N.s2/rad2, N.m.s2/rad2: over 200 times that of the large wheels
@@ -37,6 +38,8 @@ CONTROLLER_DESIGNS: tuple[ControllerDesign, ...] = ("published", "robust")
 ALL_MODES = 198  # of the mesh of record below 80 Hz
 PUBLISHED_MODES = 25  # P: of plant and controller alike
 RUN_DURATION = 300.0  # s, P: of every run
+MISSION_DURATION = 86400.0  # s, a day
+ENVIRONMENT_PERIOD = 0.1  # s: a hundred thousandth of an orbit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

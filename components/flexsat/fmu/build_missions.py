@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..design.chain import Design, Designs
+from ..parameters import ENVIRONMENT_PERIOD
 from ..ports.table import FmiVersion, PortTable
 from ..runtime.missions.mission_data import MissionData
 from ..structure.mesh import tile_centres
@@ -48,6 +49,7 @@ class MissionParts:
     table: PortTable
     runs: list[Run]
     pictures: Mapping[str, bytes]
+    step: float  # s, recommended by the model description
 
     @property
     def model_name(self) -> str:
@@ -66,7 +68,7 @@ class MissionParts:
             devices=device_rows(self.design),
             model_name=self.model_name,
             version=importlib.metadata.version("flexsat"),
-            step=shell.preferred_step,
+            step=self.step,
             stop=shell.stop_time,
             native=native,
             fmi=fmi,
@@ -95,12 +97,19 @@ def mission_parts(designs: Designs) -> dict[str, MissionParts]:
     data = mission_data(design)
     arrays = {f"corrected.{item.name}": np.asarray(getattr(data, item.name)) for item in fields(data)}
     resources = {MODEL_FILE: npz_bytes(arrays)}
+    steps = {"environment": ENVIRONMENT_PERIOD}  # the others step with the controller
     parts = {}
     for component, shell in MISSION_SHELLS.items():
         table, runs = run_experiments(shell, resources, MISSION_EXPERIMENTS[component], fixed_order=False)
         pictures = draw(design.spacecraft, design.config, component)
         parts[component] = MissionParts(
-            component=component, design=design, resources=resources, table=table, runs=runs, pictures=pictures
+            component=component,
+            design=design,
+            resources=resources,
+            table=table,
+            runs=runs,
+            pictures=pictures,
+            step=steps.get(component, data.period),
         )
     return parts
 

@@ -21,3 +21,10 @@ def parameter_port(owner: type, field: str, *, name: str, causality: Causality =
     known = quantity(owner, field)
     limits = {"minimum": known.range.least, "maximum": known.range.most}
     return Port(name=name, causality=causality, unit=known.unit, **(limits | rest))
+
+
+def known_error_port(owner: type, field: str, *, name: str, **rest: Any) -> Port:
+    """Return a port of an error of either sign, at most as large as the deviation of what is drawn may be."""
+    most = quantity(owner, field).range.most
+    assert most is not None
+    return parameter_port(owner, field, name=name, minimum=-most, **rest)

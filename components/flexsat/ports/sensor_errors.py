@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters import DEGREE, SensorErrors
+from ..parameters import SensorErrors
 from ..runtime.sensor_parameters import SensorMatrices
 from ..sensor_errors import SOURCES, ErrorParameters
-from .declared import parameter_port
+from .declared import known_error_port, parameter_port
 from .table import Port
 
 
@@ -20,25 +20,25 @@ def ports(model: SensorMatrices) -> tuple[Port, ...]:
     g, k = model.gyros, model.accelerometers
     drawn = "standard deviation, drawn from the seed"
     return (
-        Port(name="gyro.bias", causality="parameter", unit="rad/s", size=g, start=0.0, minimum=-DEGREE, maximum=DEGREE,
-             display_unit="deg/s", description="bias of each gyro at the start, beside what is drawn"),
+        known_error_port(SensorErrors, "gyro_bias", name="gyro.bias", size=g, start=0.0, display_unit="deg/s",
+                         description="bias of each gyro at the start, beside what is drawn"),
         parameter_port(SensorErrors, "gyro_bias", name="gyro.bias_deviation", start=model.gyro_bias,
                        display_unit="deg/s", description=f"bias of a gyro at the start: {drawn}"),
         parameter_port(SensorErrors, "gyro_bias_walk", name="gyro.bias_walk", start=model.gyro_bias_walk,
                        description="random walk of the bias of a gyro"),
-        Port(name="gyro.scale_error", causality="parameter", unit="1", size=g, start=0.0, minimum=-0.1, maximum=0.1,
-             description="scale factor of each gyro less 1, beside what is drawn"),
+        known_error_port(SensorErrors, "gyro_scale_error", name="gyro.scale_error", size=g, start=0.0,
+                         description="scale factor of each gyro less 1, beside what is drawn"),
         parameter_port(SensorErrors, "gyro_scale_error", name="gyro.scale_error_deviation",
                        start=model.gyro_scale_error, description=f"scale factor of a gyro less 1: {drawn}"),
         parameter_port(SensorErrors, "gyro_misalignment", name="gyro.misalignment_deviation", display_unit="arcsec",
                        start=model.gyro_misalignment,
                        description=f"rotation of each gyro about each body axis: {drawn}"),
-        *(Port(name=f"gyro.mounting_error_{axis}", causality="parameter", unit="rad", size=g, minimum=-DEGREE,
-               maximum=DEGREE, start=tuple(values.tolist()), display_unit="arcsec", frame="body",
-               description=f"rotation of each gyro about {axis}, beside what is drawn")
+        *(known_error_port(SensorErrors, "gyro_misalignment", name=f"gyro.mounting_error_{axis}", size=g,
+                           start=tuple(values.tolist()), display_unit="arcsec", frame="body",
+                           description=f"rotation of each gyro about {axis}, beside what is drawn")
           for axis, values in zip("xyz", model.gyro_mounting_error, strict=True)),
-        Port(name="accelerometer.bias", causality="parameter", unit="m/s2", size=k, start=0.0, minimum=-1.0,
-             maximum=1.0, description="bias of each accelerometer, beside what is drawn"),
+        known_error_port(SensorErrors, "accelerometer_bias", name="accelerometer.bias", size=k, start=0.0,
+                         description="bias of each accelerometer, beside what is drawn"),
         parameter_port(SensorErrors, "accelerometer_bias", name="accelerometer.bias_deviation",
                        start=model.accelerometer_bias, description=f"bias of an accelerometer: {drawn}"),
         parameter_port(SensorErrors, "star_tracker_misalignment", name="star_tracker.misalignment", size=3,

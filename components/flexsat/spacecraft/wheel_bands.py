@@ -12,12 +12,11 @@ import numpy as np
 
 from ..arrays import Array, Flags
 from ..description.configuration import Configuration
-from ..parameters import RPM
+from ..parameters import HERTZ, RPM
 from .assembly import Spacecraft
 from .campbell_crossings import crossings
 from .wheel_speeds import TIE, WheelResponse, select_speeds
 
-HERTZ = 2.0 * np.pi  # rad/s
 DIGITS = 6  # of speeds in rad/s that follow from eigenvalues: the same bits on every processor
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..parameters import HERTZ
 from .structure import Structure
 
 Kind = Literal["clamped", "free"]
 KINDS: tuple[Kind, ...] = ("clamped", "free")
 STILL = 1e-2  # of the first flexible mode's frequency: rigid modes of a free structure lie below
-HERTZ = 2.0 * np.pi  # rad/s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

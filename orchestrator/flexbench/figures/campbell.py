@@ -23,16 +23,14 @@ from flexbench.studies.waterfall.campbell import (
 )
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
-from flexsat.parameters import RPM, ConfigurationName
+from flexsat.parameters import HERTZ, RPM, ConfigurationName
 from flexsat.spacecraft.assembly import Spacecraft
 from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from lockstep.errors import InputError
 
-from .drawing import AXES, STYLE, WIDTH, axis_name
+from .drawing import AXES, MICROMETRE, STYLE, WIDTH, axis_name
 from .palette import PURPLE
 
-HERTZ = 2.0 * np.pi  # rad/s
-MICROMETRE = 1e-6  # m
 FASTEST = 1000.0 * RPM  # rad/s: beyond every chosen speed
 MAP_SPEEDS = FASTEST * np.linspace(0.1, 1.0, 24) ** 2
 HARMONIC_SPEEDS = np.arange(5.0, 1001.0) * RPM  # a resonance at half a percent of damping is 5 rpm wide

@@ -28,6 +28,7 @@ from .palette import BLUE, GREEN, VERMILLION
 Dashes = tuple[float, Sequence[float]]
 
 WIDTH = 9.6  # inch: as wide as a page of a README, so that a point of type is about a point on the screen
+MICROMETRE = 1e-6  # m
 RESOLUTION = 150  # pixels an inch
 BINS = 300  # of the rows of a long history, across a panel
 DECADES = 5.0  # of a logarithmic axis, at most

@@ -23,6 +23,7 @@ from lockstep.errors import InputError
 from .drawing import (  # fmt: skip
     DASHED,
     LOOKS,
+    MICROMETRE,
     PUBLISHED,
     SOLID,
     STYLE,
@@ -36,7 +37,6 @@ from .drawing import (  # fmt: skip
 )
 from .palette import BLUE, ORANGE, SKY_BLUE
 
-MICROMETRE = 1e-6  # m
 MILLI = "to reference [$10^{-3}$ arcsec]"
 ERROR, DEFORMATION = "Pointing error", "Deformation"  # titles of panels
 ZOOM = 2.0  # s, at the end of the run: some turns of the slowest wheel

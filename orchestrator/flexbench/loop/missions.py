@@ -10,7 +10,7 @@ from flexsat.design.chain import Designs, build_designs
 from flexsat.errors import BuildError
 from flexsat.fmu.build_missions import FOLDER, build_missions, mission_data
 from flexsat.fmu.native.sources import native_folder
-from flexsat.parameters import ConfigurationName
+from flexsat.parameters import ENVIRONMENT_PERIOD, ConfigurationName
 from flexsat.ports import environment, mission, thrusters
 from flexsat.ports.table import FmiVersion, Port
 from lockstep import Component, Connection, System, write_ssd
@@ -30,7 +30,6 @@ from .systems import build_system, component_periods, ports_of, scalar_names
 
 ORDER = ("sensors", "controller", "mission", "environment", "thrusters", "plant")  # in which a tick steps them
 SYSTEMS = ("environment", "mission")  # names of the files, without .ssd
-ENVIRONMENT_PERIOD = 0.1  # s: a hundred thousandth of an orbit
 # Slews use a small share of wide limits: the rate of the slews of the paper, and room in the controller's limits for
 # wheels that take over what a failed one held.
 BAND_FACTOR, AUTHORITY = 40.0, 0.02

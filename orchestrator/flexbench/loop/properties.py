@@ -10,7 +10,7 @@ import numpy as np
 from flexsat.arrays import Array
 from flexsat.description.configuration import Configuration
 from flexsat.description.spacecraft_file import SpacecraftFile
-from flexsat.parameters import DEFAULT_DESIGN, RPM
+from flexsat.parameters import DEFAULT_DESIGN, HERTZ, RPM
 from flexsat.spacecraft.assembly import Spacecraft, build_spacecraft
 from flexsat.spacecraft.properties import Envelope, ModeTable, envelope, mode_table
 from flexsat.spacecraft.variation import modes_of_design
@@ -21,7 +21,6 @@ MODES_HEADER = ("mode", "clamped [Hz]", "mass x, y, z [%]", "inertia x, y, z [%]
                 "wheels reach", "gyros see")  # fmt: skip
 CANCELLED = 1e-3  # share of the wheels' momenta: less net momentum than this is none
 ROUNDING = 1e-9  # share of the largest: less is none
-HERTZ = 2.0 * np.pi  # rad/s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

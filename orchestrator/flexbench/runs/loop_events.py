@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from flexsat.parameters import DEGREE
+from flexsat.ports.plant import FASTEST
 from lockstep.results.monitor import Found
 
 from .episodes import Details, Episodes, Slices
@@ -29,7 +30,6 @@ CROSSINGS = 3  # of the mean in a second: slower changes are those of commands
 CROSSINGS_GROWING = 6  # what a slew excites grows for a second too, but at the lowest modes
 KEPT = 0.8  # of the first slice's level in the last: what a command excites decays
 FEWEST_ROWS = 4  # in a slice
-FASTEST = 0.2  # rad/s about an axis: beyond it the plant's integration is not accurate (flexsat.ports.plant)
 LARGEST = 0.025  # m, thickness of the plate: beyond it bending is not linear
 LOST = 0.1 * DEGREE  # rad of pointing error, from which on it may not grow
 LOSING = 5  # s for which it grows, to twice what it was

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.runtime.missions.mode_logic import MODES, OFF_LOAD
+from flexsat.runtime.missions.off_loading import GIVEN_UP
 from lockstep.results.monitor import Found, Monitor
 from lockstep.results.run_record import EVENTS
 from lockstep.system.system import System
@@ -27,7 +28,6 @@ from .loop_monitor import watch_loop
 MODE, OUTAGE, STATUS = f"{MANAGER}.mode", f"{MANAGER}.star_tracker.outage", f"{MANAGER}.wheel.status"
 STATES = ("works", "off", "seized")  # of a wheel, by its status
 MOMENTUM = f"{MANAGER}.momentum"
-LIMIT = 2.0  # of an off-loading's duration: then it is given up, as flexsat.runtime.missions.off_loading has it
 NEARLY = 0.99  # of that: rows are not at the very ends of an off-loading
 Event = Mapping[str, Any]  # of events.jsonl
 _WATCHED = (MODE, OUTAGE, STATUS)
@@ -50,10 +50,10 @@ class MissionMonitor:
         columns : modes, states of wheels, outages
         momentum : of the wheels about each axis, if it is recorded
         tolerance : of off-loadings [N.m.s]
-        duration : of an off-loading as planned [s]; it is given up after LIMIT times that
+        duration : of an off-loading as planned [s]; it is given up after GIVEN_UP times that
         """
         self._columns, self._momentum = tuple(columns), tuple(momentum)
-        self._known = {"tolerance": tolerance, "limit": None if duration is None else LIMIT * duration}
+        self._known = {"tolerance": tolerance, "limit": None if duration is None else GIVEN_UP * duration}
         self._last: dict[str, int] = {}
 
     def rows(self, time: NDArray[np.float64], columns: Mapping[str, NDArray[Any]]) -> Iterator[Found]:

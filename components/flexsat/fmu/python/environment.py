@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...parameters import ENVIRONMENT_PERIOD, MISSION_DURATION
 from ...ports import environment as interface
 from ...ports.table import Port
 from ...runtime.missions import environment
@@ -18,8 +19,8 @@ class Environment(ComponentSlave):
     """Forces and torques of a circular orbit on the spacecraft."""
 
     description = "Environment on a circular orbit: solar pressure, gravity gradient, magnetic and constant torque"
-    preferred_step = 0.1
-    stop_time = 86400.0
+    preferred_step = ENVIRONMENT_PERIOD
+    stop_time = MISSION_DURATION
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; area and inertia are those of the spacecraft in the resources."""

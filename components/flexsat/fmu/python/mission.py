@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...parameters import MISSION_DURATION
 from ...ports import mission as interface
 from ...ports.table import Port
 from ...runtime.missions import manager, mode_logic
@@ -17,7 +18,7 @@ class Mission(ComponentSlave):
 
     description = "Mission manager: modes, timeline, off-loading of the wheels, detection of failed wheels"
     equal_steps = True
-    stop_time = 86400.0
+    stop_time = MISSION_DURATION
 
     def ports(self) -> Sequence[Port]:
         """Return the ports; their sizes are those of the spacecraft in the resources."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...parameters import MISSION_DURATION
 from ...ports import thrusters as interface
 from ...ports.table import Port
 from ...runtime.missions import thrusters
@@ -19,12 +20,13 @@ class Thrusters(ComponentSlave):
 
     description = "Thrusters with minimum impulse, rate, noise and lag, beside the torque of an environment"
     equal_steps = True
-    preferred_step = 5e-3
-    stop_time = 86400.0
+    stop_time = MISSION_DURATION
 
     def ports(self) -> Sequence[Port]:
-        """Return the ports."""
-        return interface.ports(load_matrices(self.resource(MODEL_FILE), MissionData))
+        """Return the ports; the step is that of the controller."""
+        data = load_matrices(self.resource(MODEL_FILE), MissionData)
+        self.preferred_step = data.period
+        return interface.ports(data)
 
     def start(self) -> None:
         """Close all thrusters; the environment acts."""

@@ -19,6 +19,7 @@ import numpy as np
 from ...arrays import Array, make_read_only
 
 WHOLE = 1.0 - 1e-9  # of the minimum impulse
+GIVEN_UP = 2.0  # of its duration: then an off-loading ends, whether the wheels are back or not
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,9 +61,9 @@ def begin(prepared: PreparedOffLoading, state: OffLoadingState, time: float) -> 
 
 
 def is_done(prepared: PreparedOffLoading, state: OffLoadingState, time: float, momentum: Array) -> bool:
-    """Return whether the wheels are back, or twice the duration is over."""
+    """Return whether the wheels are back, or GIVEN_UP times the duration is over."""
     back = bool(np.abs(momentum).max() < prepared.tolerance)
-    return (back and time >= state.until) or time >= state.until + prepared.duration
+    return (back and time >= state.until) or time >= state.until + (GIVEN_UP - 1.0) * prepared.duration
 
 
 def plan(prepared: PreparedOffLoading, state: OffLoadingState, time: float, momentum: Array) -> None:

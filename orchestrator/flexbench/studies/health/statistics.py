@@ -10,7 +10,7 @@ from scipy.stats import chi2, norm
 
 from flexsat.arrays import Array
 
-CONFIDENCE = 0.95
+from ...campaign.statistics.percentiles import CONFIDENCE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,9 +10,11 @@ import numpy as np
 from lockstep import InputError
 
 from ...loop.scenarios import Value
+from ..robustness.model_errors import MOST
+from ..spillover.corners import ERRORS
 
-LIMITS = {"frequency": 0.05, "damping": 0.5, "inertia": 0.1}  # relative: the robust designs are made for these
-MOST = {"frequency": 0.5, "damping": 1.0, "inertia": 0.5}  # as in the study of robustness
+# relative: the robust designs are made for these
+LIMITS = {"frequency": ERRORS.frequency, "damping": ERRORS.damping, "inertia": ERRORS.inertia}
 _STREAM = 6  # of the draws, apart from those of plant, sensors and the study of robustness
 
 
@@ -48,8 +50,8 @@ class Dispersion:
     inertia: float = field(default=LIMITS["inertia"])
 
     def __post_init__(self) -> None:
-        for name, most in MOST.items():
-            limit = getattr(self, name)
+        for name in LIMITS:
+            most, limit = MOST[name], getattr(self, name)
             if not 0.0 <= limit <= most:
                 raise InputError(
                     f"--dispersion {name}={100.0 * limit:g}: must be a percentage from 0 to {100.0 * most:g}"

@@ -10,10 +10,11 @@ import numpy as np
 from flexsat.description.built_in import CONFIGURATIONS
 from flexsat.parameters import ARCSECOND, DEFAULT_DESIGN, ConfigurationName
 
+from ...campaign.statistics.percentiles import CONFIDENCE
 from ...runs.windows import COARSE_BAND
 from .outcome import QUANTITIES, ComparedQuantity
 from .plan import Comparison
-from .statistics import CONFIDENCE, Estimate, difference, mean, ratio
+from .statistics import Estimate, difference, mean, ratio
 from .wheels import ROWS
 
 DESIGN = "controller.design"

@@ -13,11 +13,11 @@ from scipy.stats import t as student
 from flexsat.arrays import Array, Complex
 from lockstep.errors import InputError
 
+from ...campaign.statistics.percentiles import CONFIDENCE
 from .analysis import body_loops
 from .multisine import Multisine
 from .response import Margins, loop_margins
 
-CONFIDENCE = 0.95
 COHERENT = 0.999  # coherence from which a line counts: one period then scatters by about 3 %
 Replica = tuple[Complex, Complex]  # loops (together, single) with one period left out
 TOGETHER = "together"

@@ -22,12 +22,12 @@ from lockstep.system.component import Value
 
 from ...loop.loop_parts import loop_parts
 from ...loop.spacecraft import designs_for
+from ...loop.systems import NANOSECOND
 from .analysis import AXES
 from .designed_loop import Delays, DesignedLoop
 from .injection import loop_channels
 from .real_plant import Plants
 
-NANOSECOND = 1e-9
 SHARE_OF_LIMIT = 0.4  # peak of the test signal over a wheel's torque limit: far above the noise, far from saturation
 QUIET: Mapping[str, Value] = {
     "sensors.gyro.noise": 0.0,

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from math import atan, ceil, degrees, isfinite, log10
 from typing import Any
 
-from .estimate import COHERENT, CONFIDENCE, TOGETHER
+from ...campaign.statistics.percentiles import CONFIDENCE
+from .estimate import COHERENT, TOGETHER
 
 EXACT_HEADER = ("all inputs of the plant together", "margin")
 HEADER = ("loop", "gain", "phase", "delay", "disk", "left out")

@@ -15,6 +15,7 @@ from lockstep.system.component import Value
 
 from .injection import NAME, open_loop_at, record_injection
 from .multisine import Multisine, design_multisine
+from .stability import LONGEST_DELAY
 from .system_loop import SystemLoop
 
 FINE_TICK = 100_000  # ns: the resolution of the delay
@@ -22,7 +23,6 @@ EXCITATION = 1.0  # s of test signal
 WINDOW = 2.0  # s: growth is estimated from two consecutive windows after the excitation
 WINDOWS = (WINDOW, 6.0)  # s: the longer one where nothing grows or decays enough to be sure
 SURE = 1.0  # growth rate times window: modes of half a percent of damping beat, and look like growth in short windows
-LONGEST = 0.1  # s, up to which a delay is sought
 LOWEST = 8.0  # periods in a window: slower motion hardly grows or decays within two
 FAINT = 1e-4  # of the strongest line: below it is leakage of the windows
 SHARE_OF_AMPLITUDE = 1e-3  # of the test signal's peak: without noise a small excitation suffices, far from any limit
@@ -63,7 +63,7 @@ class Growth:
 def destabilising_delay(
     loop: SystemLoop,
     folder: Path,
-    between: tuple[float, float] = (0.0, LONGEST),
+    between: tuple[float, float] = (0.0, LONGEST_DELAY),
     amplitude: float | None = None,
     progress: Progress | None = None,
     overrides: Mapping[str, Value] | None = None,

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from flexsat.description.built_in import CONFIGURATIONS
-from flexsat.parameters import ConfigurationName
+from flexsat.parameters import RUN_DURATION, ConfigurationName
 from lockstep.plain_table import plain_lines
 
 from .published import JUDGED, REMARKS, ROWS, TITLES, VARIANTS, PaperRow, VariantName
@@ -22,7 +22,6 @@ from .published import JUDGED, REMARKS, ROWS, TITLES, VARIANTS, PaperRow, Varian
 Key = tuple[VariantName, ConfigurationName, str]  # variant, configuration, scenario
 FAILED = "failed"  # in a cell whose runs did
 ENOUGH = 4  # seeds from which their scatter is estimated
-RUN_DURATION = 300.0  # s, of the published runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,6 +40,7 @@ LEVELS: dict[str, tuple[float, ...]] = {
     "inertia": (0.1,),
     "participation": (0.1,),
 }
+MOST = {"frequency": 0.5, "damping": 1.0, "inertia": 0.5, "participation": 0.5}  # relative
 MODE_COUNTS = (25, 40, 100)  # and all that the plant has, which is the nominal one
 VARIED = (*LEVELS, MODES)
 _STREAM = 5  # of the draws, apart from those of plant and sensors
@@ -109,7 +110,7 @@ class VariationPlan:
         `carried` is the number of modes that the plant has.
         """
         for what, levels in self.levels.items():
-            option, most = ("levels" if what == "frequency" else what), 1.0 if what == "damping" else 0.5
+            option, most = "levels" if what == "frequency" else what, MOST[what]
             for level in levels:
                 if not 0.0 < level <= most:
                     raise InputError(
