@@ -21,12 +21,13 @@ from flexsat.parameters import (
     SUPPORTS,
     Modes,
     Rates,
+    SensorErrors,
     SensorNoise,
     Slew,
     SpeedSelection,
     Wheel,
 )
-from flexsat.ports import controller, declared, plant, sensors
+from flexsat.ports import controller, declared, plant, sensor_errors, sensors
 from flexsat.ports.units import UNITS
 from flexsat.quantities import Range, quantity
 from flexsat.variants import AS_PUBLISHED, CORRECTED, Variant
@@ -147,8 +148,7 @@ def test_a_changed_parameter_changes_what_is_built(path):
         assert found, refusals
 
 
-@pytest.mark.parametrize("kind", [Rates, Slew, Wheel, SensorNoise], ids=lambda kind: kind.__name__)
-def test_ports_start_with_the_changed_parameters(kind, monkeypatch):
+def test_ports_start_with_the_changed_parameters(monkeypatch):
     """Ports that show a parameter start with its value, in its unit and range."""
     shown = {}
 
@@ -157,27 +157,37 @@ def test_ports_start_with_the_changed_parameters(kind, monkeypatch):
         shown[owner, field, port.name] = port
         return port
 
-    for module in (plant, sensors, controller):
+    for module in (plant, sensors, sensor_errors, controller):
         monkeypatch.setattr(module, "parameter_port", noted)
-    name = next(item.name for item in fields(STOCK) if type(getattr(STOCK, item.name)) is kind)
-    given = getattr(STOCK, name)
-    # whole multiples of each other stay so
-    values = {item.name: changed(getattr(given, item.name), 2.0 if kind is Rates else 0.9) for item in fields(given)
-              if (name, item.name) not in NOT_HERE}  # fmt: skip
-    config = replace(STOCK, **{name: replace(given, **values)})
-    design = build_design(config)
+    values, classes = {}, {}
+    for item in fields(STOCK):
+        given = getattr(STOCK, item.name)
+        if type(given) in (Rates, Slew, Wheel, SensorNoise, SensorErrors):
+            # whole multiples of each other stay so
+            factor = 2.0 if type(given) is Rates else 0.9
+            new = {one.name: elementwise(getattr(given, one.name), factor) for one in fields(given)
+                   if (item.name, one.name) not in NOT_HERE}  # fmt: skip
+            values |= {(type(given), name): value for name, value in new.items()}
+            classes[item.name] = replace(given, **new)
+    design = build_design(replace(STOCK, **classes))
     for component, ports in PORTS.items():
         ports(getattr(design, component))
 
-    found = {key: port for key, port in shown.items() if key[0] is kind}
-    assert found
-    for (owner, field, name), port in found.items():
+    assert {owner for owner, _, _ in shown} == {type(one) for one in classes.values()}
+    for (owner, field, name), port in shown.items():
         known = quantity(owner, field)
         first = name == "step_size"  # 0 is that of the first step; the period is the step that the FMU recommends
         least = 0.0 if first else known.range.least
-        assert (port.unit, port.minimum, port.maximum) == (known.unit, least, known.range.most)
+        assert (port.unit, port.minimum, port.maximum) == (known.unit, least, known.range.most), name
         if name != "command.rotation":  # commanded by a scenario; no slew unless it is
-            assert set(np.ravel(port.start)) == {0.0 if first else values[field]}  # one for all wheels
+            value = values[owner, field]
+            expected = [0.0] if first else value if isinstance(value, tuple) else [value]  # one for all wheels
+            assert np.ravel(port.start).tolist() == pytest.approx(np.resize(expected, np.size(port.start)), rel=1e-15)
+
+
+def elementwise(value, factor):
+    """Return another value, of a tuple in every element."""
+    return tuple(changed(one, factor) for one in value) if isinstance(value, tuple) else changed(value, factor)
 
 
 def test_both_variants_travel_with_the_changed_parameters():
