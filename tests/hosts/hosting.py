@@ -212,6 +212,7 @@ class Bench:
         scenario: str = "fine_pointing",
         period: int | None = None,
         signals: Sequence[str] = ("all",),
+        configuration: str = "distributed",
     ) -> Trajectory:
         """Run lockstep.
 
@@ -222,9 +223,10 @@ class Bench:
         scenario : name of a system file
         period : [ns] of all components alike, which is then the tick too; None for their own
         signals : patterns of what to return
+        configuration : `distributed`, or `distributed/native` for the FMUs in C
         """
         setup = {
-            "system": str(self.folder / "distributed" / f"{scenario}.ssd"),
+            "system": str(self.folder / configuration / f"{scenario}.ssd"),
             "ticks": ticks,
             "delays": None if delays is None else {" ".join(ends): delay for ends, delay in delays.items()},
             "period": period,

@@ -5,25 +5,29 @@ controller computes reaches the plant after the first tick of its step. With one
 lockstep must give the same bits.
 """
 
+from dataclasses import replace
+
 import pytest
 from availability import ecos_lacks as missing
-from hosting import TICK, Row, agreement, arcseconds_apart
+from hosting import TICK, NativeBench, Row, agreement, arcseconds_apart
 
 ENDS = (("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"), ("controller", "plant"))
 DELAYS = dict.fromkeys(ENDS, 1)
+NATIVE = "distributed/native"
 
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "available")
 
 
-def run(bench, scenario, ticks, components=("sensors", "controller", "plant")):
-    """Return the trajectory that ecos gives."""
+def run(bench, scenario, ticks, components=("sensors", "controller", "plant"), every=1):
+    """Return the trajectory that ecos gives, one row every so many ticks: each value is a call."""
     return bench.run(
         "run_ecos.py",
         {
             "package": str(bench.package(scenario)),
             "tick": TICK,
             "ticks": ticks,
+            "every": every,
             "references": {name: bench.outputs(name) for name in components},
         },
     )
@@ -41,13 +45,15 @@ def rows(bench):
         agreement=agreement(bench.reference(ticks, DELAYS), found),
         remark=f"with ecos's delays (1 tick each); {apart:.1e} arcsec from lockstep without delays",
     )
-    ticks = 5300
-    found = run(bench, "slew", ticks, ("plant",))
+    ticks, every = 5300, 10
+    native = NativeBench(bench.folder, bench.work)
+    found = run(native, "slew", ticks, ("plant",), every)
+    expected = native.reference(ticks, DELAYS, "slew", signals=["plant.*"], configuration=NATIVE)
     yield Row(
         kind="system of three (.ssp)",
         host="ecos",
-        ran=f"first 0.3 s of the slew, {ticks} ticks, {len(found.names)} outputs of the plant",
-        agreement=agreement(bench.reference(ticks, DELAYS, "slew", signals=["plant.*"]), found),
+        ran=f"first 0.3 s of the slew, {ticks} ticks, every tenth of {len(found.names)} outputs of the plant; native",
+        agreement=agreement(replace(expected, values=expected.values[every - 1 :: every]), found),
         remark="with the same delays; ecos accumulates its time, so that it is not exact",
     )
 
@@ -60,11 +66,11 @@ def test_ecos_agrees_under_its_delays(bench):
     assert slew.agreement == "bitwise" or float(slew.agreement) <= 1e-10
 
 
-def test_each_of_its_delays_matters(bench):
+def test_each_of_its_delays_matters(native):
     ticks = 60
-    found = run(bench, "fine_pointing", ticks)
-    assert agreement(bench.reference(ticks, DELAYS), found) == "bitwise"
+    found = run(native, "fine_pointing", ticks)
+    assert agreement(native.reference(ticks, DELAYS, configuration=NATIVE), found) == "bitwise"
     for ends in DELAYS:
         # the measurements are held for five ticks, so that one or two ticks of delay are the same there
         others = DELAYS | {ends: 0 if ends == ("sensors", "controller") else 2}
-        assert agreement(bench.reference(ticks, others), found) != "bitwise", ends
+        assert agreement(native.reference(ticks, others, configuration=NATIVE), found) != "bitwise", ends

@@ -48,11 +48,11 @@ def test_libcosim_agrees_bitwise_under_its_delays(bench):
     assert [row.agreement for row in rows(bench)] == ["bitwise"]
 
 
-def test_each_of_its_delays_matters(bench):
-    ticks = 60
-    found = run(bench, ticks)
-    assert agreement(bench.reference(ticks, DELAYS), found) == "bitwise"
+def test_each_of_its_delays_matters(native):
+    ticks, kind = 60, "distributed/native"
+    found = run(native, ticks)
+    assert agreement(native.reference(ticks, DELAYS, configuration=kind), found) == "bitwise"
     for ends in DELAYS:
         # the measurements are held for five ticks, so that one or two ticks of delay are the same there
         others = DELAYS | {ends: 0 if ends == ("sensors", "controller") else DELAYS[ends] + 1}
-        assert agreement(bench.reference(ticks, others), found) != "bitwise", ends
+        assert agreement(native.reference(ticks, others, configuration=kind), found) != "bitwise", ends
