@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 import pickle
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,10 @@ from lockstep.fmi.instantiate import instantiate
 from lockstep.fmi.model_description import Description, read_description
 from lockstep.fmi.slave import DTYPES, SCALARS, WARNING, Buffer
 from lockstep.fmi.temporary_folder import temporary_folder
+from lockstep.operating_system import can_serve_copies
 from lockstep.processes.child_call import call_in_child
-from lockstep.processes.child_process import ChildProcess, printed_lines
+from lockstep.processes.child_process import ChildProcess, environment_of, printed_lines
+from lockstep.processes.fork_server import ForkServer
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.clock import seconds
 from lockstep.system.component import Component
@@ -34,6 +37,7 @@ from lockstep.system.component import Component
 Call = Callable[[], object]
 _TIME_LIMIT = 300.0  # [s] for all experiments of one command
 _TASK, _ANSWERS = "task", "answers"  # files between the command and the process of its experiments
+_MODULE, _ROTATIONS = "flexbench.adapt.excitation", "scipy.spatial.transform"  # what that process imports
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,44 +68,76 @@ class Response:
     wheels: float = 0.0  # [N.m] largest change of a wheel's torque: more than 0 where the torques cancel on the body
 
 
-def respond(fmu: Path, adapters: Sequence[Adapter], excitation: Excitation, span: float) -> list[Response | str]:
-    """Return the response after `span` [s] through each adapter, or why there is none. Raises InputError."""
+Respond = Callable[[Sequence[Adapter], float], list[Response | str]]
+"""Returns the response after a time [s] through each adapter, or why there is none; raises InputError, RunError."""
+
+
+@contextmanager
+def experiments(fmu: Path, adapter: Adapter, excitation: Excitation) -> Iterator[Respond]:
+    """Open the experiments with one FMU, behind an adapter and variants of it; raises InputError.
+
+    Their processes are copies of one that has imported what they need, where the system can: imports take longer than
+    the experiments with an adapter that is right.
+    """
     component = Component(name=fmu.stem.replace(".", "_") or "fmu", source=fmu.absolute(), period=excitation.period)
     description = read_description(component)
+    modules = [_MODULE, *[_ROTATIONS] * any(entry.attitude is not None for entry in adapter.entries)]
+    with temporary_folder("adapt") as folder, ExitStack() as stack:
+        server = None
+        if can_serve_copies():
+            server = stack.enter_context(closing(ForkServer(modules, environment_of(folder / "tmp"), folder)))
+        yield partial(_respond, component, description, excitation, folder, server)
+
+
+def _respond(
+    component: Component,
+    description: Description,
+    excitation: Excitation,
+    folder: Path,
+    server: ForkServer | None,
+    adapters: Sequence[Adapter],
+    span: float,
+) -> list[Response | str]:
     for adapter in adapters:
         bind(adapter, excitation.ports, description.variables)
-    with temporary_folder("adapt") as folder:
-        (folder / _TASK).write_bytes(pickle.dumps((component, description, list(adapters), excitation, span)))
-        directory = folder / "directory"  # an FMU may write to the working directory
-        directory.mkdir()
+    (folder / _TASK).write_bytes(pickle.dumps((component, description, list(adapters), excitation, span)))
+    directory = Path(mkdtemp(dir=folder))  # an FMU may write to the working directory
+    words = [f"{_MODULE}:serve"]
+    if server is None:
+        words = ["-c", f"import sys; from {_MODULE} import serve; serve(sys.argv[1:])"]
+    try:
         child = ChildProcess(
-            ["-c", "from flexbench.adapt.excitation import serve; serve()", str(folder)],
+            [*words, str(folder)],
             printed=folder / "printed",
             temporary=folder / "tmp",
             directory=directory,
+            server=server,
         )
-        try:
-            code = child.wait(_TIME_LIMIT, pauses=True)
-        finally:
-            child.kill()
-            child.wait()
-        if code is None:
-            raise RunError(f"{fmu}: the experiments took more than {_TIME_LIMIT:g} s")
-        if code != 0:
-            reason = "".join(printed_lines(child.printed, 1)) or f"exit code {code}"
-            raise RunError(f"{fmu}: the experiments failed: {reason}")
-        answers: list[Response | str] = pickle.loads((folder / _ANSWERS).read_bytes())
+    except OSError as error:  # an FMU may have ended the server
+        raise RunError(f"{component.source}: the experiments failed: {error}") from None
+    try:
+        code = child.wait(_TIME_LIMIT, pauses=True)
+    finally:
+        child.kill()
+        child.wait()
+    if code is None:
+        raise RunError(f"{component.source}: the experiments took more than {_TIME_LIMIT:g} s")
+    if code != 0:
+        reason = "".join(printed_lines(child.printed, 1)) or f"exit code {code}"
+        raise RunError(f"{component.source}: the experiments failed: {reason}")
+    answers: list[Response | str] = pickle.loads((folder / _ANSWERS).read_bytes())
     return answers
 
 
-def serve() -> None:
+def serve(arguments: Sequence[str]) -> int:
     """Answer the task in the folder that is the argument; runs in a process of one thread, which may fork."""
-    folder = Path(sys.argv[1])
+    folder = Path(arguments[0])
     component, description, adapters, excitation, span = pickle.loads((folder / _TASK).read_bytes())
     if any(entry.attitude is not None for adapter in adapters for entry in adapter.entries):
         quaternion_from_mrp(np.zeros(3))  # imports SciPy's rotations here, once: the copies of this process have them
     answers = [_variant(component, description, adapter, excitation, span) for adapter in adapters]
     (folder / _ANSWERS).write_bytes(pickle.dumps(answers))
+    return 0
 
 
 def _variant(

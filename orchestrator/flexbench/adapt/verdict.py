@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexbench.adapt.excitation import Excitation, Response, respond
+from flexbench.adapt.excitation import Excitation, Respond, Response, experiments
 from flexbench.adapt.judge import Judgement, axes_named, judge
 from lockstep.adapter.bind import Binding, bind
 from lockstep.errors import InputError, RunError
@@ -61,21 +61,12 @@ def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdic
     lacking = [name for name in excitation.torque if name not in binding.shown]
     if lacking:
         raise InputError(f"{adapter.path.name}: {lacking[0]} is not served; a controller is judged by its torque")
-    judgement = _judged(fmu, adapter, excitation)
+    with experiments(fmu, adapter, excitation) as respond:
+        judgement = _judged(fmu, respond, adapter, excitation)
+        wrong = bool(judgement.problems) and not judgement.silent
+        cures, axes = _corrections(respond, binding, excitation, axes_named(judgement)) if wrong else ([], "")
     moved = {*excitation.attitude, *excitation.rate}
     unseen = [b.entry for b in binding.inputs if not moved & {v.name for v in b.ports}]
-    cures: list[tuple[Correction, ...]] = []
-    axes = ""
-    if judgement.problems and not judgement.silent:
-        changes = _changes(binding, excitation)
-        singles = [(change,) for change in changes]
-        cures = _cures(fmu, adapter, excitation, singles, _SPANS[0])
-        axes = "" if cures else axes_named(judgement)
-        if not cures and not axes:
-            cures = _cures(fmu, adapter, excitation, singles, _SPANS[1])
-        if not cures and not axes:
-            pairs = [p for p in combinations(changes, 2) if (p[0].number, p[0].key) != (p[1].number, p[1].key)]
-            cures = _cures(fmu, adapter, excitation, pairs[:_MOST_PAIRS], _SPANS[0])
     return Verdict(
         judgement=judgement,
         cures=tuple(cures),
@@ -86,11 +77,11 @@ def check_adapter(fmu: Path, adapter: Adapter, excitation: Excitation) -> Verdic
     )
 
 
-def _judged(fmu: Path, adapter: Adapter, excitation: Excitation) -> Judgement:
+def _judged(fmu: Path, respond: Respond, adapter: Adapter, excitation: Excitation) -> Judgement:
     """Judge the response, the early one unless a later one is right."""
     judgements = []
     for span in _SPANS:
-        response = respond(fmu, [adapter], excitation, span)[0]
+        response = respond([adapter], span)[0]
         if isinstance(response, str):
             raise RunError(f"{fmu}: {response}")
         judgements.append(judge(response, excitation))
@@ -99,11 +90,27 @@ def _judged(fmu: Path, adapter: Adapter, excitation: Excitation) -> Judgement:
     return judgements[0]
 
 
+def _corrections(
+    respond: Respond, binding: Binding, excitation: Excitation, permuted: str
+) -> tuple[list[tuple[Correction, ...]], str]:
+    """Return the changes that correct an adapter, and a permutation of axes that it may have instead, described."""
+    changes = _changes(binding, excitation)
+    singles = [(change,) for change in changes]
+    cures = _cures(respond, binding.adapter, excitation, singles, _SPANS[0])
+    axes = "" if cures else permuted
+    if not cures and not axes:
+        cures = _cures(respond, binding.adapter, excitation, singles, _SPANS[1])
+    if not cures and not axes:
+        pairs = [p for p in combinations(changes, 2) if (p[0].number, p[0].key) != (p[1].number, p[1].key)]
+        cures = _cures(respond, binding.adapter, excitation, pairs[:_MOST_PAIRS], _SPANS[0])
+    return cures, axes
+
+
 def _cures(
-    fmu: Path, adapter: Adapter, excitation: Excitation, sets: Sequence[tuple[Correction, ...]], span: float
+    respond: Respond, adapter: Adapter, excitation: Excitation, sets: Sequence[tuple[Correction, ...]], span: float
 ) -> list[tuple[Correction, ...]]:
     """Return the sets of changes that give the right response, the nearest to the reference first."""
-    responses = respond(fmu, [_changed(adapter, changes) for changes in sets], excitation, span) if sets else []
+    responses = respond([_changed(adapter, changes) for changes in sets], span) if sets else []
     judged = [
         (judge(response, excitation), changes)
         for response, changes in zip(responses, sets, strict=True)
