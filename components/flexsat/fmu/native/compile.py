@@ -149,11 +149,16 @@ def _identity(compiler: Compiler) -> bytes:
 @cache
 def _headers(compiler: Compiler, names: tuple[bytes, ...]) -> bytes:
     """Return what the compiler's own headers come to, with all macros: another C library gives other objects."""
-    lines = [b"#if __has_include(<%s>)\n#include <%s>\n#endif\n" % (name, name) for name in names]
+    lines = [b"#if %s__has_include(<%s>)\n#include <%s>\n#endif\n" % (_condition(name), name, name) for name in names]
     with tempfile.TemporaryDirectory(prefix="flexsat_native_") as folder:
         Path(folder, "headers.c").write_bytes(b"".join(lines))
         _run(compiler, [*_COMPILING, "-E", "-dD", "headers.c", "-o", "headers.i"], folder, "headers.c")
         return Path(folder, "headers.i").read_bytes()
+
+
+def _condition(header: bytes) -> bytes:
+    """Return what must hold beside its being there: Clang has the headers of x86 everywhere, to refuse them."""
+    return b"defined(__x86_64__) && " if header.endswith((b"mmintrin.h", b"cpuid.h")) else b""
 
 
 def _run(compiler: Compiler, arguments: Sequence[str], folder: str, name: str) -> None:
