@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element
 
 from ...ports.table import FmiVersion, PortTable
 from ..documentation.xml_text import xml_bytes
@@ -21,6 +22,8 @@ from .fmi3_description import build_description, fmi3_model_description
 from .platforms import folders
 from .port_source import differentiable
 from .sources import IDENTITY, Identity, component_sources, generated_sources, identity_source
+
+_TOKEN: dict[FmiVersion, str] = {"2.0": "guid", "3.0": "instantiationToken"}  # attribute that has the GUID
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +83,9 @@ def native_content(component: NativeComponent, fmi: FmiVersion = "2.0", platform
     units = sorted(file for file in (*sources, IDENTITY) if file.endswith(".c"))
     about = replace(component.about, source_files=tuple(units), derivatives=differentiable(component.table))
     content = {**component.resources, **sources, IDENTITY: identity_source(identity)}
-    guid = _guid(content, _xml(component.table, about, fmi))
+    description = _described(component.table, about, fmi)
+    guid = _guid(content, xml_bytes(description))
+    description.set(_TOKEN[fmi], guid)
     sources[IDENTITY] = identity_source(replace(identity, guid=guid))
     compilers = {
         folder: compiler_for(targets[0] if platforms else None).version
@@ -90,7 +95,7 @@ def native_content(component: NativeComponent, fmi: FmiVersion = "2.0", platform
     resources = {**component.resources, BUILD_FILE: (json.dumps(facts, indent=2) + "\n").encode()}
     entries = {f"sources/{file}": source for file, source in sources.items()}
     entries |= {f"resources/{file}": resource for file, resource in resources.items()}
-    entries["modelDescription.xml"] = _xml(component.table, replace(about, guid=guid), fmi)
+    entries["modelDescription.xml"] = xml_bytes(description)
     if fmi == "3.0":
         entries["sources/buildDescription.xml"] = xml_bytes(build_description(about))
     libraries = binaries(sources, name, platforms, fmi)
@@ -98,8 +103,8 @@ def native_content(component: NativeComponent, fmi: FmiVersion = "2.0", platform
     return NativeContent(guid=guid, entries=entries)
 
 
-def _xml(table: PortTable, about: About, fmi: FmiVersion) -> bytes:
-    return xml_bytes(fmi3_model_description(table, about) if fmi == "3.0" else model_description(table, about))
+def _described(table: PortTable, about: About, fmi: FmiVersion) -> Element:
+    return fmi3_model_description(table, about) if fmi == "3.0" else model_description(table, about)
 
 
 def _guid(files: Mapping[str, bytes], description: bytes) -> str:
