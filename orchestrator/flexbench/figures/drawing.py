@@ -211,6 +211,12 @@ def svg_text(figure: Figure, name: str) -> str:
     return text[text.index("<svg") :]
 
 
+def png_bytes(figure: Figure) -> bytes:
+    """Return a figure as PNG, the same bytes for the same figure."""
+    _lay_out(figure)
+    return _png(figure)
+
+
 def _lay_out(figure: Figure) -> None:
     """Place the parts of a figure, once for all its files: where an engine is left, each file is drawn twice."""
     engine = figure.get_layout_engine()

@@ -67,13 +67,14 @@ def slew_comparison(
         first = figure.add_subplot(grid[0, 0])
         others = [figure.add_subplot(grid[k // 3, k % 3], sharex=first) for k in range(1, 9)]
         panels = [first, *others, figure.add_subplot(grid[3, :], sharex=first)]
+        times = sorted({time for signals in results.values() for time in _slew_times(signals)})
         for axes, (title, unit, draw, logarithmic) in zip(panels, PANELS, strict=True):
             for name, signals in results.items():
                 draw(axes, name, signals, designs[name])
             if logarithmic:
                 make_logarithmic(axes)
             axes.set(title=title, ylabel=unit)
-            for time in sorted({time for signals in results.values() for time in _slew_times(signals)}):
+            for time in times:
                 axes.axvline(time, **MARK)
         for axes in panels[:-4]:
             axes.tick_params(labelbottom=False)

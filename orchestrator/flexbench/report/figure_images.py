@@ -66,14 +66,12 @@ def drawn_images(results: Sequence[Result]) -> list[Image]:
 
 
 def _image(name: str, figure: Any) -> Image:
-    vector = io.BytesIO()
-    figure.savefig(vector, format="svg")
-    data = slim(vector.getvalue())
+    from flexbench.figures.drawing import png_bytes, svg_text
+
+    data = slim(svg_text(figure, name).encode())
     if len(data) <= LARGE:
         return Image(title=caption_of(name), data=data, type=TYPES[".svg"], name=name)
-    raster = io.BytesIO()
-    figure.savefig(raster, format="png", dpi=150)
-    return Image(title=caption_of(name), data=raster.getvalue(), type=TYPES[".png"], name=name)
+    return Image(title=caption_of(name), data=png_bytes(figure), type=TYPES[".png"], name=name)
 
 
 def fitted_images(images: Sequence[Image], room: int = ROOM) -> tuple[list[Image], list[Image]]:

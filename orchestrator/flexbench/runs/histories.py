@@ -78,8 +78,9 @@ def wheel_speed_deviation(signals: Signals, design: FlownDesign) -> Array:
 
 def of_known_modes(signals: Signals, design: FlownDesign, name: str) -> Array:
     """Return a signal of the plant, of its modes only those that the controller is designed with."""
-    values = signals[name]
-    return values[:, design.known_modes] if name in MODAL else values
+    if name not in MODAL:
+        return signals[name]
+    return signals.side_by_side([f"{name}[{mode + 1}]" for mode in design.known_modes])
 
 
 def regulated_error(signals: Signals, design: FlownDesign) -> Array:

@@ -41,9 +41,13 @@ class Signals(Mapping[str, NDArray[Any]]):
         elements = self._elements.get(name)
         if not elements:
             raise InputError(f"{name}: not recorded; there are {compact(self.columns)}{suggestion(name, self.columns)}")
+        return self.side_by_side(elements)
+
+    def side_by_side(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """Return some signals as columns, (n, names): of a file, these are read at once, and no others."""
         if isinstance(self.columns, LazyColumns):
-            self.columns.load(elements)
-        return np.column_stack([self.columns[element] for element in elements])
+            self.columns.load([name for name in names if name in self.columns])
+        return np.column_stack([self[name] for name in names])
 
     def get(self, name: str, default: Any = None) -> Any:
         """Return a signal or an array of signals, or the default if it was not recorded."""
@@ -102,7 +106,14 @@ def _of_table(table: pa.Table, names: Sequence[str]) -> Mapping[str, NDArray[np.
 
 
 def _of_folder(folder: Path, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
-    return read_signals(folder, names).columns
+    """Return whole columns by name: without time, and without the order and the arrays of all names."""
+    with _open_parquet(folder / PARQUET) as file:
+        missing = set(names).difference(file.schema_arrow.names)
+        if missing:
+            raise InputError(f"{folder / PARQUET}: has changed, {compact(sorted(missing))} is gone; read it again")
+        with _refusing(folder / PARQUET):
+            table = file.read(columns=list(names))
+    return _of_table(table, names)
 
 
 def _signals(

@@ -7,6 +7,7 @@ excitation is the first harmonic of the imbalance of one wheel at a time.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from flexsat.arrays import Array
 from flexsat.runtime.rotations import skew
 from flexsat.spacecraft.assembly import Spacecraft
-from flexsat.spacecraft.campbell_crossings import modal_frequencies
+from flexsat.spacecraft.campbell_crossings import RIGID, modal_frequencies
 from lockstep.errors import InputError
 
 Complex = NDArray[np.complex128]
@@ -61,7 +62,7 @@ def harmonic_deformation(spacecraft: Spacecraft, speed: Array) -> Array:
     spacecraft : of one configuration
     speed : (k,) [rad/s], of all wheels
     """
-    return np.array([imbalance_deformation(spacecraft, w, np.array([w]))[:, 0] for w in speed.tolist()]).T
+    return _prepare(spacecraft, speed).deformation(speed)
 
 
 def imbalance_deformation(spacecraft: Spacecraft, speed: float, frequency: Array) -> Array:
@@ -84,37 +85,47 @@ class _Prepared:
     """What the response at some frequencies is made of, whatever the speed.
 
     Modes act on each other through rigid motion and the gyroscopic torques at the mounts alone. So each mode is solved
-    for these few, x = (rigid displacement (6,), gyroscopic torques (3 s,)), which leaves equations for them: the modal
-    displacements are driven - coupled x.
+    for these few, x = (rigid acceleration (6,), gyroscopic torques (3 s,)), which leaves c = 6 + 3 s equations for
+    them. The modal displacements are (load - acting x) / impedance; of these only sums over the modes are needed.
     """
 
     spacecraft: Spacecraft
     frequency: Array  # (f,) [rad/s]
     load: Complex  # (6, n): on the rigid motion, at 1 rad/s, as all that is driven
-    coupled: Complex  # (f, m, 6 + 3 s)
-    driven: Complex  # (f, m, n)
-    rigid_coupled: Complex  # (f, 6, 6 + 3 s): modal forces on the rigid motion
-    rigid_driven: Complex  # (f, 6, n)
-    turned_coupled: Complex  # (f, 3 s, 6 + 3 s): turn of the mounts by the modes
-    turned_driven: Complex  # (f, 3 s, n)
+    coupled: Complex  # (f, c, c): acting^T acting / impedance
+    driven: Complex  # (f, c, n): acting^T load / impedance
+    coupled_square: Array  # (f, c, c): acting^T acting / |impedance|^2
+    driven_square: Complex  # (f, c, n)
+    load_square: Array  # (f, n): |load|^2 / |impedance|^2
 
-    def deformation(self, speed: float) -> Array:
-        """Return the deformation that the imbalance of each wheel alone makes at a speed [rad/s] of all, (n, f) [m]."""
-        mass, size = self.spacecraft.mass_matrix, self.coupled.shape[2]
-        lever, torques = _mount_rates(self.spacecraft, speed)
-        w = self.frequency[:, None, None]
+    def deformation(self, speed: Array | float) -> Array:
+        """Return the deformation that the imbalance of each wheel alone makes, (n, f) [m].
+
+        Parameters
+        ----------
+        speed : [rad/s], of all wheels: one, or one for each frequency (f,)
+        """
+        mass, size = self.spacecraft.mass_matrix, self.coupled.shape[1]
+        lever, torques = _lever(self.spacecraft), _mount_torques(self.spacecraft)
+        w, turn = self.frequency[:, None, None], np.broadcast_to(speed, self.frequency.shape)
+        turning = 1j * w * turn[:, None, None]
+        acceleration = np.where(np.arange(size) < RIGID, -(w**2), 1.0)  # of a displacement; torques as they are
+        coupled = self.coupled * acceleration
         system = np.zeros((len(self.frequency), size, size), dtype=complex)
-        system[:, :6, :6] = -(w**2) * mass[:6, :6]
-        system[:, :6, 6:] = lever[:, :6].T
-        system[:, :6] += w**2 * self.rigid_coupled
-        system[:, 6:] = 1j * w * _by_mount(torques, self.turned_coupled)
-        system[:, 6:, :6] -= 1j * w * _by_mount(torques, lever[:, :6])
-        system[:, 6:, 6:] += np.eye(size - 6)
-        turned = 1j * w * _by_mount(torques, self.turned_driven)
-        right = np.concatenate([self.load + w**2 * self.rigid_driven, turned], axis=1)
-        modal = self.driven - self.coupled @ np.linalg.solve(system, right)
+        system[:, :RIGID, :RIGID] = -(w**2) * mass[:RIGID, :RIGID]
+        system[:, :RIGID, RIGID:] = lever[:, :RIGID].T
+        system[:, :RIGID] += w**2 * coupled[:, :RIGID]
+        system[:, RIGID:] = turning * _by_mount(torques, coupled[:, RIGID:])
+        system[:, RIGID:, :RIGID] -= turning * _by_mount(torques, lever[:, :RIGID])
+        system[:, RIGID:, RIGID:] += np.eye(size - RIGID)
+        turned = turning * _by_mount(torques, self.driven[:, RIGID:])
+        right = np.concatenate([self.load + w**2 * self.driven[:, :RIGID], turned], axis=1)
+        x = np.linalg.solve(system, right) * np.swapaxes(acceleration, 1, 2)
+        square = self.load_square.copy()  # of the modal displacements, summed over the modes
+        for part, driven in ((x.real, self.driven_square.real), (x.imag, self.driven_square.imag)):
+            square += np.sum(part * (self.coupled_square @ part - 2.0 * driven), axis=1)
         # P, section 5: the RMS over the aperture is the norm over the root of the mass
-        return np.asarray(speed**2 * np.linalg.norm(modal, axis=1).T / np.sqrt(2.0 * self.spacecraft.mass))
+        return np.asarray(turn**2 * np.sqrt(np.maximum(square, 0.0).T / (2.0 * self.spacecraft.mass)))
 
 
 def _prepare(spacecraft: Spacecraft, frequency: Array) -> _Prepared:
@@ -123,25 +134,25 @@ def _prepare(spacecraft: Spacecraft, frequency: Array) -> _Prepared:
     # sin = Re(-i exp), cos = Re(exp): one column a wheel
     columns = spacecraft.jitter_influence.reshape(-1, 4, n)
     load = np.einsum("qan,an->qn", columns, np.array([-1j * force, force, -torque, -1j * torque]))
-    mass, lever = spacecraft.mass_matrix, _lever(spacecraft)
-    modes, w = spacecraft.mode_count, frequency[:, None, None]
-    impedance = spacecraft.frequency**2 + 1j * w[:, :, 0] * spacecraft.damping - w[:, :, 0] ** 2  # (f, m)
-    acting = np.concatenate(
-        [np.broadcast_to(-(w**2) * mass[6:, :6], (len(frequency), modes, 6)),
-         np.broadcast_to(lever[:, 6:].T, (len(frequency), modes, len(lever)))], axis=2,
-    )  # fmt: skip
-    coupled: Complex = np.divide(acting, impedance[:, :, None])
-    driven = load[6:] / impedance[:, :, None]
+    acting = np.hstack([spacecraft.mass_matrix[RIGID:, :RIGID], _lever(spacecraft)[:, RIGID:].T])  # (m, c)
+    w = frequency[:, None]
+    flexibility = 1.0 / (spacecraft.frequency**2 + 1j * w * spacecraft.damping - w**2)  # (f, m)
+    square = np.abs(flexibility) ** 2
+    products = np.einsum("ma,mb->mab", acting, acting), np.einsum("ma,mn->man", acting, load[RIGID:])
+
+    def summed(weights: Array | Complex, terms: Array | Complex) -> Any:
+        """Return sums over the modes, (f, ...)."""
+        return (weights @ terms.reshape(len(terms), -1)).reshape(len(weights), *terms.shape[1:])
+
     return _Prepared(
         spacecraft=spacecraft,
         frequency=frequency,
-        load=load[:6],
-        coupled=coupled,
-        driven=driven,
-        rigid_coupled=mass[:6, 6:] @ coupled,
-        rigid_driven=mass[:6, 6:] @ driven,
-        turned_coupled=lever[:, 6:] @ coupled,
-        turned_driven=lever[:, 6:] @ driven,
+        load=load[:RIGID],
+        coupled=summed(flexibility, products[0]),
+        driven=summed(flexibility, products[1]),
+        coupled_square=summed(square, products[0]),
+        driven_square=summed(square, products[1]),
+        load_square=summed(square, np.abs(load[RIGID:]) ** 2),
     )
 
 
@@ -157,13 +168,11 @@ def _lever(spacecraft: Spacecraft) -> Array:
     return np.hstack([rigid, spacecraft.mounts.slope.reshape(3 * count, -1)])
 
 
-def _mount_rates(spacecraft: Spacecraft, speed: float) -> tuple[Array, Array]:
-    """Return what maps velocities to the turning rates of the mounts, and those of each to its torque, (s, 3, 3).
+def _mount_torques(spacecraft: Spacecraft) -> Array:
+    """Return what maps the turning rates of each mount to its gyroscopic torque at 1 rad/s of all wheels, (s, 3, 3).
 
-    With both, the gyroscopic matrix of the spacecraft is lever^T torques lever.
+    The gyroscopic matrix of the spacecraft is lever^T torques lever, times the speed.
     """
-    torques = []
-    for mount in range(len(spacecraft.mounts.slope)):
-        there = spacecraft.mount_of_wheel == mount
-        torques.append(-skew(speed * spacecraft.wheel_set.inertia[there] @ spacecraft.wheels.axis[there]))
-    return _lever(spacecraft), np.array(torques)
+    inertia, axis = spacecraft.wheel_set.inertia, spacecraft.wheels.axis
+    mounts = (spacecraft.mount_of_wheel == mount for mount in range(len(spacecraft.mounts.slope)))
+    return np.array([-skew(inertia[there] @ axis[there]) for there in mounts])
