@@ -1,6 +1,6 @@
 """Columns by name that are read when they are used first, each once."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence, ValuesView
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,16 @@ class LazyColumns(Mapping[str, NDArray[np.float64]]):
                 raise KeyError(name)
             self.load([name])
         return self._columns[name]
+
+    def items(self) -> ItemsView[str, NDArray[np.float64]]:
+        """Return names and columns, all read at once."""
+        self.load(list(self._names))
+        return super().items()
+
+    def values(self) -> ValuesView[NDArray[np.float64]]:
+        """Return the columns, all read at once."""
+        self.load(list(self._names))
+        return super().values()
 
     def __contains__(self, name: object) -> bool:
         return name in self._names

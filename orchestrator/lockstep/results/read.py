@@ -1,6 +1,6 @@
 """Read the recorded signals of a run: finished, still running, or killed."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import ItemsView, Iterable, Iterator, Mapping, Sequence, ValuesView
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -56,6 +56,14 @@ class Signals(Mapping[str, NDArray[Any]]):
     def __contains__(self, name: object) -> bool:
         """Return whether a signal, or an array of signals, was recorded."""
         return name in self.columns or name in self._elements
+
+    def items(self) -> ItemsView[str, NDArray[Any]]:
+        """Return names and signals; of a file, all are read at once."""
+        return self.columns.items()
+
+    def values(self) -> ValuesView[NDArray[Any]]:
+        """Return the signals; of a file, all are read at once."""
+        return self.columns.values()
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names of the signals."""
