@@ -64,6 +64,17 @@ def test_a_bias_walks_with_the_root_of_time():
     assert within(measured, 2e-6 * np.sqrt(2.0))
 
 
+def test_the_first_sample_has_what_was_drawn_at_the_start():
+    """Nothing has walked or drifted before it, and nothing is drawn for that."""
+    prepared, state = made(gyro_bias_deviation=1e-5, gyro_bias_walk=1.0, low_frequency_error=1e-4)
+    before, bias, error = state.random.bit_generator.state, state.gyro_bias.copy(), state.low_frequency.copy()
+    measured = np.zeros(3)
+    sensor_errors.add_fast_errors(prepared, state, True, np.zeros(3), measured, np.zeros(2))
+    assert_array_equal(measured, bias)
+    assert_array_equal(sensor_errors.star_tracker_error(prepared, state, True, [0.0, 0.0, 0.0]), error)
+    assert state.random.bit_generator.state == before
+
+
 def test_a_misaligned_gyro_senses_along_its_turned_axis():
     """To first order in the rotation; the body's rate is that of all gyros' true rates."""
     axes = np.vstack([AXES, [0.6, 0.0, 0.8]])

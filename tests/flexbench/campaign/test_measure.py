@@ -1,6 +1,7 @@
 """What a metric is taken from: a ramp and a vector whose values are known, times that came or not, counted events."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -11,7 +12,8 @@ from flexbench.campaign.measure import Measured, metric
 from flexbench.campaign.metrics import read_metrics
 from flexbench.runs.loop_numbers import LoopNumbers, WindowNumbers
 from flexbench.runs.windows import Settling, Window
-from lockstep import Signals
+from flexbench.studies.budget.evaluate import IndexWindows
+from lockstep import InputError, Signals
 
 TIME = np.arange(101) / 10.0  # s
 
@@ -68,6 +70,29 @@ def test_of_a_vector_the_length_is_taken():
 @pytest.mark.parametrize(("settled", "value"), [(1.5, 1.5), (None, math.inf)])
 def test_a_settling_time_that_does_not_come_is_infinite(settled, value):
     assert taken({"of": "settling"}, settled) == value
+
+
+def test_the_settling_time_is_that_of_the_last_slew():
+    run, slews = Measured(Path("nowhere")), numbers(1.5)
+    first = Settling(after="slew 0", since=1.0, band=1e-6, time=0.5)
+    vars(run).update(numbers=replace(slews, settlings=(first, *slews.settlings)))
+    assert metric(run, read_metrics({"m": {"of": "settling"}}, "a.toml")[1]["m"]) == 1.5
+
+
+def test_an_observation_is_at_least_as_long_as_the_window_it_holds():
+    def times(**given):
+        source = read_metrics({"m": {"of": "budget", "index": "RPE", **given}}, "a.toml")[1]["m"]
+        return source.windows.window, source.windows.observation
+
+    usual = IndexWindows().observation
+    assert times(window=0.5 * usual) == (0.5 * usual, usual)
+    assert times(window=2.0 * usual) == (2.0 * usual, 2.0 * usual)
+
+
+@pytest.mark.parametrize("take", ["p0", "p100", "p-5", "95", "median"])
+def test_what_is_no_percentile_is_refused(take):
+    with pytest.raises(InputError, match=f"take = '{take}': must be rms, mean, max, min, last, or a percentile"):
+        read_metrics({"m": {"of": "a.y", "take": take}}, "a.toml")
 
 
 SATURATION = {"event": "torque-saturation", "count": 3, "seconds": 0.4}

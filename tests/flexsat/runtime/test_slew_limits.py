@@ -23,6 +23,24 @@ def most(axes, body, limits):
     return found.x[-1]
 
 
+def test_an_offset_without_net_momentum_is_kept_room_for_at_both_ends():
+    """Two wheels against each other, each at 1 N.m.s: the regulator takes both back to zero meanwhile."""
+    axes = np.vstack([np.eye(3), -np.eye(3)])
+    momentum, offset = np.full(6, 4.0), np.array([1.0, 0.0, 2.0, 1.0, 0.0, 0.0])
+    wheels = wheels_for(axes, np.ones(6), momentum, offset)
+    # of 2 N.m.s of net momentum along z each of its wheels keeps 1
+    assert_allclose(1.0 / wheels.per_rise, [3.0, 4.0, 2.0, 3.0, 4.0, 4.0])
+    assert_allclose(1.0 / wheels.per_fall, [4.0, 4.0, 5.0, 4.0, 4.0, 3.0])
+
+
+def test_the_third_division_is_between_the_others():
+    torque, momentum = np.array([1.0, 4.0, 2.0]), np.array([9.0, 1.0, 4.0])
+    by_momentum, by_torque, between = wheels_for(np.eye(3), torque, momentum, np.zeros(3)).limits
+    assert_allclose(by_torque, torque / 4.0)
+    assert_allclose(by_momentum, momentum / 9.0)
+    assert_allclose(between, np.sqrt(torque / 4.0 * momentum / 9.0))
+
+
 @pytest.mark.parametrize("axis", range(3))
 def test_divisions_by_one_limit_are_the_best_there_are(design, axis):
     """About a body axis the wheels along it give all their torque together, or reach their speeds together."""

@@ -72,6 +72,8 @@ def test_the_least_duration_from_a_rate_is_that_of_its_ramps_and_coast():
     """Braking alone; up to the largest rate, along and down; from rest as a trapezium."""
     assert slew_guidance.remaining_duration(2.0, 1.0, 2.0, 2.0) == pytest.approx(2.0)
     assert slew_guidance.remaining_duration(7.5, 1.0, 2.0, 1.0) == pytest.approx(1.0 + 2.0 + 2.0)
+    # faster than a slew may be: no time is lost in slowing down to that before braking
+    assert slew_guidance.remaining_duration(4.0, 1.0, 1.0, 2.0) == pytest.approx(1.0 + 2.0)
     rest = slew_guidance.trapezium(np.array([1.0, 0.0, 0.0]), 7.5, 0.0, 1.0, 2.0)
     assert slew_guidance.remaining_duration(7.5, 1.0, 2.0, 0.0) == pytest.approx(rest.end)
 

@@ -39,6 +39,18 @@ def test_every_key_is_read(read):
     assert adapter.substitutes == {"e.rate": 0.0}
 
 
+def test_what_an_entry_leaves_out_is_as_the_ports_are(read):
+    """Numbered from 1, unchanged, and an attitude is scalar-last, body from inertial."""
+    rate, attitude = read(
+        '[[input]]\nport = "a"\nvariable = "b[*]"\n[[input]]\nport = "q"\nvariable = "p"\nattitude = "quaternion"\n'
+    ).entries
+
+    assert (rate.index_base, rate.scale, rate.offset, rate.sign) == (1, (1.0,), (0.0,), (1.0,))
+    assert (rate.unit, rate.order, rate.frame, rate.hold, rate.true, rate.false) == (None, None, None, None, 1.0, 0.0)
+    assert (attitude.scalar, attitude.rotation) == ("last", "body-from-inertial")
+    assert (attitude.body_frame, attitude.inertial_frame) == (None, None)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

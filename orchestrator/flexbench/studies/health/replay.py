@@ -98,7 +98,7 @@ def replay(run: Run, *, slow: bool = False, torque: str | None = None) -> Replay
         raise InputError(f"{run.folder}: the replay commands other torques than the FMU did; build and run it again")
     truth = [of_known_modes(signals, flown, name)[rows] for name in TRUE]
     error = estimate - np.hstack([*truth, wheel_speed_deviation(signals, flown)[rows]])
-    error[:, :3] = 0.25 * error_rotation(estimate[:, :3], truth[0])  # MRPs do not subtract far from zero
+    error[:, :3] = mrp_error(estimate[:, :3], truth[0])
     choice = (parameters.estimates_torque, parameters.estimates_bias)
     sensing = _parameters(run, "sensors")
     return Replay(
@@ -117,6 +117,11 @@ def replay(run: Run, *, slow: bool = False, torque: str | None = None) -> Replay
         if slow and any(choice)
         else None,
     )
+
+
+def mrp_error(estimate: Array, truth: Array) -> Array:
+    """Return by what small MRPs estimates (rows, 3) differ from the truth; far from zero MRPs do not subtract."""
+    return 0.25 * error_rotation(estimate, truth)
 
 
 def _constant_torque(run: Run, rows: int) -> Array:

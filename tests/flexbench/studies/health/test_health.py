@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from flexbench.figures.drawing import save_figure
@@ -17,7 +18,7 @@ from flexbench.report.sections.health import section
 from flexbench.runs.run_folder import read_run
 from flexbench.studies.health.analysis import SETTLED, analyse, measurement_groups, state_groups
 from flexbench.studies.health.covariance import filter_covariance
-from flexbench.studies.health.replay import Replay, replay
+from flexbench.studies.health.replay import Replay, mrp_error, replay
 from flexbench.studies.health.statistics import autocorrelation, average, normalised, portmanteau, whiteness_bound
 from flexbench.studies.health.study import run_health, table_rows, write_health
 from flexsat.design.estimator import measurement_noise, process_covariance
@@ -75,6 +76,11 @@ def test_white_noise_is_white_and_a_first_order_process_is_not():
     found = autocorrelation(coloured, 20)
     assert found[:3].mean(axis=1) == pytest.approx([0.6, 0.36, 0.216], abs=0.02)
     assert np.all(portmanteau(found, 4000) < 1e-6)
+
+
+def test_the_portmanteau_of_few_samples_has_the_correction_of_ljung_and_box():
+    found = portmanteau(np.array([[0.5], [0.25]]), 10)  # n (n + 2) (r1^2 / (n - 1) + r2^2 / (n - 2))
+    assert found == pytest.approx([chi2.sf(120.0 * (0.25 / 9.0 + 0.0625 / 8.0), 2)], rel=1e-12)
 
 
 @pytest.mark.parametrize("fine", [True, False])
@@ -144,6 +150,16 @@ def test_replay_commands_the_torques_of_the_fmu(replays, design):
     assert set(np.flatnonzero(found.phase == 0) % 20) == {0}
     rate = slice(3 + design.spacecraft.mode_count, 6 + design.spacecraft.mode_count)
     assert 0.0 < np.sqrt(np.mean(found.error[-1000:, rate] ** 2)) < design.config.noise.gyro
+
+
+def test_the_error_of_an_estimated_attitude_is_in_mrps_of_the_state():
+    """That of the filter's state: near zero the difference, and elsewhere that of the turn between the two."""
+    small = np.array([[1e-6, -2e-6, 3e-6]])
+    assert mrp_error(small, np.zeros((1, 3))) == pytest.approx(small, rel=1e-9)
+    truth = Rotation.from_rotvec([0.9, -0.4, 0.2])
+    estimate = Rotation.from_mrp(small[0]) * truth
+    found = np.linalg.norm(mrp_error(estimate.as_mrp()[None], truth.as_mrp()[None]))
+    assert found == pytest.approx(np.linalg.norm(small), rel=1e-6)  # 1e-10 of an MRP is rounding of a large one
 
 
 def test_replay_with_other_parameters_is_refused(recorded_runs, tmp_path):
