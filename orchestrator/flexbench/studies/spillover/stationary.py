@@ -89,7 +89,7 @@ def stationary(
             torques += 0.5 * np.real(np.outer(torque, torque.conj()))
     return Stationary(
         pointing=float(np.sqrt(angles.sum())),
-        torque=float(np.sqrt(np.sum(_products_of_moduli(torques)))),
+        torque=float(np.sqrt(np.sum(products_of_moduli(torques)))),
         deformation=float(np.sqrt(strain / mass)),
     )
 
@@ -150,7 +150,7 @@ def _sampled(plant: LinearModel, period: float) -> tuple[Array, Array, Array]:
     return sampled[:size, :size], sampled[:size, size : size + wheels], sampled[:size, size + wheels :]
 
 
-def _products_of_moduli(covariance: Array) -> Array:
+def products_of_moduli(covariance: Array) -> Array:
     """Return the mean of |a b| for each two of normally distributed numbers: 2/pi (sqrt(1 - r^2) + r asin r) s t."""
     deviation = np.sqrt(np.diag(covariance))
     product = np.outer(deviation, deviation)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from flexbench.studies.margins.real_plant import Plants
-from flexbench.studies.spillover.stationary import stationary
+from flexbench.studies.spillover.stationary import products_of_moduli, stationary
 from flexsat.description.built_in import CONFIGURATIONS, configuration
 from flexsat.design.chain import build_design
 from flexsat.parameters import ARCSECOND, PUBLISHED_MODES
@@ -56,3 +56,12 @@ def test_cancelled_jitter_deforms_less_and_costs_nothing_else(robust):
     better = settled(plants, 60)
     assert better[2] < 0.6 * deformation
     assert_allclose(better[0], pointing, rtol=0.01)  # harmonics are far above what the attitude follows
+
+
+def test_the_mean_product_of_moduli_is_that_of_draws():
+    covariance = np.array([[1.0, -1.0, 0.3], [-1.0, 4.0, 0.0], [0.3, 0.0, 0.25]])
+    drawn = np.abs(np.random.default_rng(1).multivariate_normal(np.zeros(3), covariance, 200_000))
+    expected = drawn.T @ drawn / len(drawn)
+    # five deviations of the mean of 200,000 products, each of a deviation of up to twice its mean
+    assert products_of_moduli(covariance) == pytest.approx(expected, rel=0.02)
+    assert products_of_moduli(covariance).diagonal() == pytest.approx(covariance.diagonal(), rel=1e-12)
