@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 
 import flexbench
 from browser_pages import PHONE, WIDE, ink, needs_browser, settle
-from flexbench.report import study_sections, write_report
+from flexbench.report import compose, study_sections, write_report
 from flexbench.runs.histories import pointing_error
 from flexsat.description.built_in import configuration
 from flexsat.parameters import ARCSECOND
@@ -41,8 +41,12 @@ def page_file(slews):
 
 @pytest.fixture
 def report(monkeypatch):
-    """Return a function that writes a page without the sections of other studies, which take seconds each."""
+    """Return a function that writes a page without what takes seconds and other pages have.
+
+    These are the sections of other studies and the figures, which pages of `test_report_access.py` show for two runs.
+    """
     monkeypatch.setattr(study_sections, "SECTIONS", ())
+    monkeypatch.setattr(compose, "drawn_images", lambda _: [])
     return write_report
 
 
