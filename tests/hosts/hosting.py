@@ -115,7 +115,7 @@ def build(folder: Path) -> None:
     """Build the FMUs and systems of both configurations, native ones too, and of one those with flat names."""
     for options in (["centralised"], ["distributed", "--flat"]):
         command = [FLEXSAT, "build", "--out", folder, "--configuration", *options]
-        done = subprocess.run(command, check=False, capture_output=True, text=True, env=ENVIRONMENT)
+        done = subprocess.run(command, check=False, capture_output=True, text=True, env=os.environ | ENVIRONMENT)
         assert done.returncode == 0, done.stderr
 
 

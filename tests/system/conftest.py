@@ -47,7 +47,7 @@ IMPORTED = ("flexbench.cli.parser", "flexbench.loop.build", "flexbench.report.pa
 @pytest.fixture(scope="session")
 def copies() -> Iterator[Copies]:
     """Return a process that has imported the packages, whose copies run programs."""
-    started = Copies(IMPORTED, ENVIRONMENT)
+    started = Copies(IMPORTED, os.environ | ENVIRONMENT)
     yield started
     started.close()
 
@@ -67,7 +67,13 @@ def flexsat(copies: Copies) -> RunCli:
             return copies.run(["flexbench.cli.parser:program", str(COMMAND), *words], timeout=timeout, **options)
         command = [*([str(COMMAND)] if script is None else [sys.executable, str(script)]), *words]
         return subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=timeout, env=ENVIRONMENT, **options
+            command,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=timeout,
+            env=os.environ | ENVIRONMENT,
+            **options,
         )
 
     return run
@@ -107,7 +113,7 @@ def python(copies: Copies) -> RunScript:
         if fresh:
             command = [sys.executable, "-c", text, given]
             done = subprocess.run(
-                command, capture_output=True, text=True, check=False, timeout=timeout, env=ENVIRONMENT
+                command, capture_output=True, text=True, check=False, timeout=timeout, env=os.environ | ENVIRONMENT
             )
         else:
             done = copies.run(["-c", text, given], timeout=timeout)
