@@ -42,7 +42,7 @@ def test_a_vendors_controller_from_fmu_to_margin(delivered, tmp_path):
     text = printed(executed("vendor_controller", delivered, tmp_path))
 
     assert 'write direction = "inertial-from-body"' in text
-    assert "right: the torque opposes each attitude and rate error about its own axis" in text
+    assert '\ndirection = "inertial-from-body"' in text  # the adapter, corrected
     assert "measured: z" in text
 
 
