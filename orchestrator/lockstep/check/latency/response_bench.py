@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -169,6 +170,7 @@ def _largest_of_array(values: NDArray[np.float64], names: Sequence[str]) -> NDAr
     return np.array([largest[array] for array in arrays])
 
 
+@lru_cache(maxsize=2**14)  # asked for every output after every change of an input
 def base_name(name: str) -> str:
     """Return the name of the array that an element belongs to."""
     return array_of(name)
