@@ -13,8 +13,10 @@ import pytest
 from flexsat.errors import BuildError
 from flexsat.fmu.documentation.page import external_dependencies
 from flexsat.fmu.documentation.render import fill
+from flexsat.fmu.native import compile as compilation
 from flexsat.fmu.native.compile import compile_command, compile_library, microsoft_command, native_notes
 from flexsat.fmu.native.export import native_content
+from flexsat.fmu.native.kept_objects import VARIABLE as KEPT_OBJECTS
 from flexsat.fmu.native.port_source import port_table
 from flexsat.ports.table import Port, PortTable
 from fmus.native.native_toy import counter_component
@@ -55,7 +57,9 @@ def test_the_description_is_that_of_the_python_fmu_but_for_what_differs(toy, unp
     assert fmpy.read_model_description(str(unpacked), validate=True).modelName == "toy"
 
 
-def test_equal_sources_give_equal_bytes(unpacked):
+def test_equal_sources_give_equal_bytes(unpacked, monkeypatch):
+    monkeypatch.delenv(KEPT_OBJECTS, raising=False)  # nothing is kept: it is compiled again
+    compilation._object.cache_clear()
     component = counter_component()
     made = native_content(component)
 
