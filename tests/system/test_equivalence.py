@@ -83,7 +83,7 @@ DISPERSED = {
         "dispersion.inertia": [0.02, -0.004, -0.03],
         "dispersion.participation": [-0.03] * 198,  # nearly all of the inertia is that of the modes
         "initial.rate": [1e-6, -2e-6, 3e-6],
-        "wheel.torque_limit": 0.02,  # below the largest torque, .028
+        "wheel.torque_limit": 0.008,  # below the largest torques, 0.025 and 0.012 (distributed)
     }
 }
 SLEW = {"command.rotation": [2e-5, 0.0, 0.0], "command.start_time": 0.2, "wheel.speed_band": 0.5}  # 2 s long
