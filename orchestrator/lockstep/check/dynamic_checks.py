@@ -209,7 +209,7 @@ class CheckSequence:
         options: dict[str, Any] = {"steps": REFERENCE_STEPS, "seconds": REFERENCE_SECONDS}
         result = self._probe(probes_life.step, **options)
         # an FMU that gives no answer would not give one again: whoever waits for the report waits once
-        if result.status == "error" and not result.numbers and "no answer within" not in result.message:
+        if result.status == "error" and not result.numbers and not result.hangs:
             still = replace(self.experiment, stimulated=False)
             second = self.runner.run(probes_life.step, still, **options)
             if second.status != "error":

@@ -139,7 +139,7 @@ def _compiled(compiler: Compiler, unit: str, files: Iterable[tuple[str, bytes]])
 
 
 def _identity(compiler: Compiler) -> bytes:
-    """Return what tells a compiler with its options from others, or from itself after an update."""
+    """Return what distinguishes a compiler with its options from others, and from itself before an update."""
     program = shutil.which(compiler.command[0]) or compiler.command[0]
     found = Path(program).stat()
     update = (os.path.realpath(program), found.st_size, found.st_mtime_ns)

@@ -39,6 +39,7 @@ class ProbeResult:
     message: str = ""
     details: tuple[str, ...] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
+    hangs: bool = False  # there was no answer within the time limit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

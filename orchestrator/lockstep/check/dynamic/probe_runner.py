@@ -136,7 +136,7 @@ class ProbeRunner:
             result = ProbeResult(**{**found, "details": tuple(found["details"])})
         except (OSError, ValueError, TypeError, KeyError, RecursionError):  # not written, or not by the check
             if code is None:
-                return ProbeResult(status="error", message=f"no answer within {limit:g} s {where}")
+                return ProbeResult(status="error", hangs=True, message=f"no answer within {limit:g} s {where}")
             if code == 1 and not call:
                 return ProbeResult(
                     status="error", message="the check could not be carried out", details=self._printed()
