@@ -15,7 +15,7 @@ from flexsat.fmu.documentation.component_text import FRAMES, PAPER, ComponentTex
 from flexsat.fmu.documentation.content import TEXTS
 from lockstep.__main__ import PROGRAM as LOCKSTEP
 from lockstep.adapter import read as adapter_read
-from lockstep.cli.program import Program
+from lockstep.cli.program import CommandGroup
 from lockstep.faults import HELP
 
 _MISSING = (
@@ -23,12 +23,12 @@ _MISSING = (
 )
 
 
-def command_page(program: Program, title: str) -> str:
+def command_page(program: CommandGroup, title: str) -> str:
     """Return the help of all commands of a program as a page, a section a command."""
     return "\n".join([f"# {title}\n", *_sections(program)])
 
 
-def _sections(program: Program) -> Iterator[str]:
+def _sections(program: CommandGroup) -> Iterator[str]:
     context = click.Context(program, info_name=program.name, **program.context_settings)
     for name in program.list_commands(context):
         command = program.get_command(context, name)

@@ -28,13 +28,13 @@ PUBLISHED = {"controller.design": "published", "plant.modes": 25}
 # One measurement: the loop, and the margins with their uncertainties
 MEASURE = """
 from flexbench.studies.margins.system_loop import read_loop
-from flexbench.studies.margins.study import Settings, measure
+from flexbench.studies.margins.study import MeasurementSettings, measure
 from flexbench.loop.fmu_choice import choose_fmus
 from lockstep import load_system
 system, folder, options = given
 system = load_system(Path(system))
 loop = read_loop(choose_fmus([system]).of(system), options.get("overrides", {}))
-found, margins = measure(loop, Settings(**options), Path(folder))
+found, margins = measure(loop, MeasurementSettings(**options), Path(folder))
 result = {"frequency": found.frequency.tolist(), "margins": margins, "names": list(found.names),
         "period": found.period, "coherence": found.coherence.T.tolist(),
         "coherent": [found.of(name)[1].tolist() for name in (*found.names, "together")]}

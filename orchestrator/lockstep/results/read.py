@@ -115,6 +115,8 @@ def _of_table(table: pa.Table, names: Sequence[str]) -> Mapping[str, NDArray[np.
 
 def _of_folder(folder: Path, names: Sequence[str]) -> Mapping[str, NDArray[np.float64]]:
     """Return whole columns by name: without time, and without the order and the arrays of all names."""
+    if not (folder / PARQUET).exists():
+        raise InputError(f"{folder}: holds no {PARQUET} any more; give the folder of a run")
     with _open_parquet(folder / PARQUET) as file:
         missing = set(names).difference(file.schema_arrow.names)
         if missing:

@@ -16,7 +16,7 @@ from flexbench.studies.budget import split
 from flexbench.studies.budget.evaluate import IndexWindows
 from flexbench.studies.health import study as health
 from flexbench.studies.layouts import study as layouts
-from flexbench.studies.layouts.plan import Plan as Layouts
+from flexbench.studies.layouts.plan import ComparisonPlan as Layouts
 from flexbench.studies.margins import study as margins
 from flexbench.studies.robustness import model_errors as robustness
 from flexsat.parameters import ALL_MODES
@@ -39,7 +39,7 @@ def in_this_process(jobs, *_, **__):
 def studies(fmus, folder):
     """Return the start of each study, as a function of the options under test."""
     system = fmus / "centralised" / "fine_pointing.ssd"
-    plan = robustness.Plan(levels={}, modes=(40,))
+    plan = robustness.VariationPlan(levels={}, modes=(40,))
     names = ("centralised", "distributed")
     known = SimpleNamespace(response=SimpleNamespace(nominal=np.full(6, 55.0)), variant=CORRECTED)  # of the design
     return {
@@ -69,7 +69,7 @@ def test_every_run_of_a_study_has_the_chosen_fmus(delivered, tmp_path, monkeypat
 
 def test_robustness_is_the_same_with_both_kinds(delivered, tmp_path, monkeypatch):
     monkeypatch.setattr(robustness, "run_jobs", in_this_process)
-    plan, found = robustness.Plan(levels={}, modes=()), []
+    plan, found = robustness.VariationPlan(levels={}, modes=()), []
     for kind, options in KINDS.items():
         folder = tmp_path / kind
         robustness.run_robustness(delivered, folder, ("distributed",), "fine_pointing", plan, (2,), 4.0, ALL_MODES,
@@ -90,7 +90,7 @@ def test_margins_are_the_same_with_both_kinds(delivered, tmp_path, monkeypatch, 
         raise Planned(loop)
 
     monkeypatch.setattr(margins, "run_study", planned)
-    settings = margins.Settings(length=0.5, settle=1, periods=2, lines=4)
+    settings = margins.MeasurementSettings(length=0.5, settle=1, periods=2, lines=4)
     found = []
     for text, option in zip(KINDS, ([], ["--python"]), strict=True):
         words = ["margins", str(delivered / "centralised" / "fine_pointing.ssd"), *option, "--out", str(tmp_path)]

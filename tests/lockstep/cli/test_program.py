@@ -8,7 +8,7 @@ BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
 TOY = """
 import sys, types
 from lockstep.cli.command import command
-from lockstep.cli.program import Program
+from lockstep.cli.program import CommandGroup
 
 @command("talk", "")
 def talk():
@@ -20,7 +20,7 @@ def talk():
 module = types.ModuleType("toy.talk")
 module.talk = talk
 sys.modules["toy.talk"] = module
-sys.exit(Program("toy", {"talk": ("toy.talk", "print")}, label="toy", description="", epilog="").run(["talk"]))
+sys.exit(CommandGroup("toy", {"talk": ("toy.talk", "print")}, label="toy", description="", epilog="").run(["talk"]))
 """
 
 
