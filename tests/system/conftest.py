@@ -81,9 +81,14 @@ def flexsat(copies: Copies) -> RunCli:
 
 @pytest.fixture(scope="session")
 def start_flexsat() -> Callable[..., "subprocess.Popen[str]"]:
-    """Return a function that starts the command `flexsat`, or a script, in a process group of its own."""
+    """Return a function that starts the command `flexsat`, or a script, in a process group of its own.
 
-    def start(*arguments: object, script: str | None = None, **options: Any) -> "subprocess.Popen[str]":
+    With `quiet`, Python's own warnings are as a user has them, not errors.
+    """
+
+    def start(
+        *arguments: object, script: str | None = None, quiet: bool = False, **options: Any
+    ) -> "subprocess.Popen[str]":
         program = [str(COMMAND)] if script is None else [sys.executable, "-c", script]
         command = [*program, *map(str, arguments)]
         return subprocess.Popen(
@@ -91,7 +96,7 @@ def start_flexsat() -> Callable[..., "subprocess.Popen[str]"]:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=ENVIRONMENT,
+            env=ENVIRONMENT | ({"PYTHONWARNINGS": ""} if quiet else {}),
             start_new_session=True,
             **options,
         )
