@@ -15,6 +15,7 @@ from flexsat.fmu.build_missions import FOLDER as MISSIONS
 from flexsat.fmu.build_native import build_native_configuration
 from flexsat.fmu.export import BuiltFmu
 from flexsat.fmu.native.compilers import check_compilers
+from flexsat.fmu.native.kept_objects import check_folder
 from flexsat.fmu.native.sources import IN_C, native_folder
 from flexsat.fmu.reproducible_zip import zip_bytes
 from flexsat.parameters import ConfigurationName
@@ -63,6 +64,8 @@ def build_all(
     """
     try:
         check_compilers(options.platforms)
+        if options.in_c:
+            check_folder()
         designs = {name: build_designs(name) for name in CONFIGURATIONS}  # the interface document covers both
         chosen = {name: designs[name] for name in names}
         identities = _build_each(chosen, folder, print_line, options, without_native)
@@ -96,6 +99,8 @@ def build_files(
         read = [(Path(f"{one.name}.toml"), one) if isinstance(one, SpacecraftFile) else (one, read_file(one))
                 for one in files]  # fmt: skip
         check_compilers(options.platforms)
+        if options.in_c:
+            check_folder()
         for path, spacecraft in read:
             _build_file(spacecraft, path, folder, print_line, options, notes)
     except BuildError as error:

@@ -161,3 +161,13 @@ def built_before(manifest, folder):
         for name, facts in manifest["configurations"]["centralised"]["fmus"].items()
         if not is_twin(name)
     }
+
+
+def test_a_folder_for_objects_that_cannot_be_written_to_is_refused_before_anything_is_built(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("FLEXSAT_OBJECTS", str(tmp_path / "file" / "objects"))
+
+    with pytest.raises(InputError, match=r"FLEXSAT_OBJECTS=.*objects: Not a directory; name a folder"):
+        build_all(("centralised",), tmp_path / "fmus")
+
+    assert not (tmp_path / "fmus").exists()

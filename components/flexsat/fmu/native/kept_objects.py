@@ -49,6 +49,25 @@ def kept_object(inputs: Iterable[bytes], compiled: Callable[[], bytes]) -> bytes
     return content
 
 
+def check_folder() -> None:
+    """Make the folder, if one is named: a build that could not write to it is refused before it writes anything.
+
+    Raises
+    ------
+    BuildError
+        If the folder cannot be written to.
+    """
+    if not os.environ.get(VARIABLE):
+        return
+    folder = Path(os.environ[VARIABLE])
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise _refused(folder, error) from None
+
+
 def _keep(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent)
