@@ -159,13 +159,17 @@ class ClosedLoop:
         wrench = inputs[n : n + len(sensed.wrench)]
         plant.feed_through(self.plant, plant_state, inputs, self.friction)
 
-        known = self._readers(plant_state, sensed, controller_state.outputs)
+        known, on_demand = self._readers(plant_state, sensed, controller_state.outputs), self._on_demand()
         for name in record:
-            if name not in known:
+            if name not in known and name not in on_demand:
                 raise ValueError(f"{name}: the monolith has no such output")
         rows = ticks // record_ticks + 1
-        readers = {name: known[name] for name in record}
+        readers = {name: known[name] for name in record if name in known}
+        demanded = {name: on_demand[name] for name in record if name in on_demand}
         signals = {name: np.empty((rows, *np.shape(read()))) for name, read in readers.items()}
+        if demanded:
+            first = plant.telemetry(self.plant, plant_state)
+            signals |= {name: np.empty((rows, *np.shape(part(first)))) for name, part in demanded.items()}
         for tick in range((rows - 1) * record_ticks + 1):
             time = tick * step.numerator / step.denominator
             sensors.step(self.sensors, sensor_state, sensor_inputs)
@@ -179,6 +183,10 @@ class ClosedLoop:
                 row = tick // record_ticks
                 for name, read in readers.items():
                     signals[name][row] = read()
+                if demanded:
+                    present = plant.telemetry(self.plant, plant_state)
+                    for name, part in demanded.items():
+                        signals[name][row] = part(present)
             wrench[:] = sensed.wrench
             plant.step(self.plant, plant_state, inputs, self.friction)
         times = np.array([row * record_ticks * step.numerator / step.denominator for row in range(rows)])
@@ -222,16 +230,19 @@ class ClosedLoop:
         for name, part in parts.items():
             buffers[f"controller.reference.{name}"] = commanded.reference[part]
             buffers[f"controller.estimate.{name}"] = commanded.estimate[part]
-        readers: dict[str, Callable[[], Any]] = {name: buffer.view for name, buffer in buffers.items()}
-        for port in ("angular_momentum", "energy", "modal.displacement", "modal.velocity", "rms_deformation"):
-            readers[f"plant.{port}"] = partial(self._on_demand, attrgetter(port.replace(".", "_")), state)
-        for port in ("plant.modal.displacement", "plant.modal.velocity"):
-            readers[port] = partial(self._of_all_modes, readers[port])
-        return readers
+        return {name: buffer.view for name, buffer in buffers.items()}
 
-    def _of_all_modes(self, read: Callable[[], Array]) -> Array:
+    def _on_demand(self) -> dict[str, Callable[[plant.Telemetry], Any]]:
+        """Return a function for each output of the plant's that is computed on demand."""
+        parts: dict[str, Callable[[plant.Telemetry], Any]] = {
+            f"plant.{port}": attrgetter(port) for port in ("angular_momentum", "energy", "rms_deformation")
+        }
+        for port in ("modal.displacement", "modal.velocity"):
+            parts[f"plant.{port}"] = partial(self._of_all_modes, attrgetter(port.replace(".", "_")))
+        return parts
+
+    def _of_all_modes(self, read: Callable[[plant.Telemetry], Array], present: plant.Telemetry) -> Array:
         """Return modal values as the plant's ports show them: 0 for modes that are not simulated."""
-        return np.pad(read(), (0, self.modal_size - self.plant.modes))
-
-    def _on_demand(self, read: Callable[[plant.Telemetry], Any], state: plant.PlantState) -> Any:
-        return read(plant.telemetry(self.plant, state))
+        values = np.zeros(self.modal_size)
+        values[: self.plant.modes] = read(present)
+        return values

@@ -97,8 +97,11 @@ def _moving(matrices: PlantMatrices) -> Flags:
 
 def tilted_axes(matrices: PlantMatrices, loads: Loads, eta: Array) -> Array:
     """Return the axes of the wheels as the structure tilts them, (n, 3), to second order in eta, (m,)."""
-    slopes = (loads.mount_slopes @ (loads.slopes @ eta)).reshape(3, -1).T[matrices.mount_of_wheel]
-    return np.asarray(matrices.wheel_axis + np.cross(slopes, matrices.wheel_axis))
+    slope = (loads.mount_slopes @ (loads.slopes @ eta)).reshape(3, -1)[:, matrices.mount_of_wheel]
+    axis, tilted = matrices.wheel_axis.T, np.empty_like(matrices.wheel_axis)
+    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):  # slope x axis; np.cross takes twice the time
+        tilted[:, i] = axis[i] + (slope[j] * axis[k] - slope[k] * axis[j])
+    return tilted
 
 
 def distinct_rows(matrix: Array) -> tuple[Array, Array]:

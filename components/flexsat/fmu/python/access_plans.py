@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from ...ports.table import Kind, Port
+from ...ports.table import Kind
 
 FlagKey = tuple[str | int, ...]  # kind, then the references
+Admits = Callable[[Sequence[float]], bool]
 
 
 class AccessPlans:
@@ -21,7 +22,7 @@ class AccessPlans:
 
     def __init__(self) -> None:
         self.reads: dict[tuple[int, int], tuple[list[int], Callable[[], list[float]], bool]] = {}
-        self.writes: dict[tuple[int, int], tuple[list[int], Callable[..., None]]] = {}
+        self.writes: dict[tuple[int, int], tuple[list[int], Callable[..., None], Admits]] = {}
         self.flag_reads: dict[FlagKey, Callable[[], list[Any]]] = {}
         self.flag_writes: dict[FlagKey, Callable[..., None]] = {}
 
@@ -38,10 +39,10 @@ class AccessPlans:
             self.flag_reads[kind, *vrs] = reader
 
     def keep_write(
-        self, kind: Kind, vrs: list[int], writer: Callable[..., None], ports: Collection[Port], feeds_on_demand: bool
+        self, kind: Kind, vrs: list[int], writer: Callable[..., None], admits: Admits, feeds_on_demand: bool
     ) -> None:
-        """Keep a writer, if its values may be written without a check: values with limits are checked each time."""
-        if kind == "real" and not any(port.limited for port in ports):
-            self.writes[vrs[0], len(vrs)] = (vrs, writer)
+        """Keep a writer; `admits` says of reals, at each call, whether they can be written without a word."""
+        if kind == "real":
+            self.writes[vrs[0], len(vrs)] = (vrs, writer, admits)
         elif kind == "boolean" and not feeds_on_demand:
             self.flag_writes[kind, *vrs] = writer

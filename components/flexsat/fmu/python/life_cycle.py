@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from math import isfinite, nan
+from math import nan
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 from xml.etree.ElementTree import Element
@@ -192,7 +192,7 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
         """Write reals."""
         try:
             plan = self._plans.writes.get((vrs[0], len(vrs))) if vrs else None
-            if plan is None or plan[0] != vrs or not isfinite(sum(values)):
+            if plan is None or plan[0] != vrs or not plan[2](values):
                 self._write("real", vrs, values)
                 return
             plan[1](*values)
@@ -333,7 +333,7 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
         if not vrs:
             return []
         reader = self.values.reader(kind, vrs)
-        ports = {self.values.variable(kind, reference).port for reference in vrs}
+        ports = self.values.ports(kind, vrs)
         if self._failure is None:
             if self._phase is Phase.INITIALIZING and any(port.causality == "output" for port in ports):
                 self._prepare()
@@ -356,13 +356,13 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
             self.values.admit(kind, reference, value, parameters=not running)
         writer(*values)
         self._buffers.note_inputs(True)
-        ports = {self.values.variable(kind, reference).port for reference in vrs}
+        ports = self.values.ports(kind, vrs)
         if running:
             self._stale |= self._feeds_on_demand
             if any(port.variability == "tunable" for port in ports):
                 self.tuned()
             else:
-                self._plans.keep_write(kind, vrs, writer, ports, self._feeds_on_demand)
+                self._plans.keep_write(kind, vrs, writer, self.values.admits(kind, vrs), self._feeds_on_demand)
         elif any(port.name in self._starting for port in ports):
             self._started = False
 

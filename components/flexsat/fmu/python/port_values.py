@@ -5,11 +5,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from ...ports.table import CAUSALITIES, KINDS, Kind, PortTable, Scalar, Variable
+from ...ports.table import CAUSALITIES, KINDS, Kind, Port, PortTable, Scalar, Variable
 
 AnyArray = np.ndarray[Any, Any]
 Indices = slice | np.ndarray[Any, np.dtype[np.intp]]
@@ -93,6 +94,23 @@ class PortValues:
         objection = variable.port.objection(value)
         if objection:
             raise Refused(f"{variable.name} {objection}")
+
+    def admits(self, kind: Kind, references: Sequence[int]) -> Callable[[Sequence[float]], bool]:
+        """Return a function that says whether reals are finite, and within the limits declared for the references."""
+        if not any(port.limited for port in self.ports(kind, references)):
+            return lambda values: isfinite(sum(values))
+        indices = self.indices(kind, references)
+        lowest, highest = (limits[indices] for limits in self._ranges[kind])
+
+        def within(values: Sequence[float]) -> bool:
+            given = np.array(values)
+            return bool(((given >= lowest) & (given <= highest)).all())  # not of NaN
+
+        return within
+
+    def ports(self, kind: Kind, references: Sequence[int]) -> list[Port]:
+        """Return the ports of references, each once."""
+        return list({(port := self.variable(kind, reference).port).name: port for reference in references}.values())
 
     def indices(self, kind: Kind, references: Sequence[int]) -> Indices:
         """Return the indices of references in the kind's buffer: a slice if they are contiguous, which is faster."""

@@ -112,12 +112,25 @@ def test_a_non_finite_input_is_refused_by_name_also_by_a_kept_plan(toy, value, w
     assert np.isnan(toy.get_real(references(toy, "y"))).all()
 
 
-def test_limits_are_checked_every_time(toy):
-    limited = references(toy, "limited")
-    toy.set_real(limited, [1.0])
-    toy.set_real(limited, [1.5])
+@pytest.mark.parametrize(
+    ("value", "problem"),
+    [
+        (1.5, "<= 1.0, got 1.5"),
+        (-0.5, ">= 0.0, got -0.5"),
+        (float("nan"), "finite, got nan"),
+        (float("inf"), "finite, got inf"),
+    ],
+)
+@pytest.mark.parametrize("also", ["", "u"])
+def test_limits_are_checked_every_time(toy, value, problem, also):
+    both = [*(references(toy, also) if also else []), *references(toy, "limited")]
+    for good in (1.0, 0.5):
+        toy.set_real(both, [7.0] * (len(both) - 1) + [good])
+        assert toy.get_real(both) == [7.0] * (len(both) - 1) + [good]
+    toy.set_real(both, [8.0] * (len(both) - 1) + [value])
 
-    assert messages(toy) == ["setReal: limited must be <= 1.0, got 1.5"]
+    assert messages(toy) == [f"setReal: limited must be {problem}"]
+    assert toy.get_real(both) == [7.0] * (len(both) - 1) + [0.5]  # nothing of a refused call is written
 
 
 def test_outputs_on_demand_follow_steps_and_inputs_that_feed_through(toy):
