@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from lockstep.check.dynamic.experiment import Experiment
 from lockstep.check.dynamic.probe_process import Probe, ProbeResult
-from lockstep.fmi.safe_zip import extract, open_zip
+from lockstep.fmi.safe_zip import copy_extracted, extract, open_zip
 from lockstep.operating_system import can_serve_copies
 from lockstep.processes.child_process import ChildProcess, ending, environment_of, printed_lines, signal_name
 from lockstep.processes.fork_server import ForkServer
@@ -23,7 +23,7 @@ _PROBE = "lockstep.check.dynamic.probe_process"
 
 @dataclass(slots=True, kw_only=True)
 class ProbeRunner:
-    """Runs probes of one FMU, which is unpacked again for each of them, to the same folder.
+    """Runs probes of one FMU, each on a new copy of the unpacked files, in the same folder.
 
     As a context manager it runs them in copies of a process that has imported what they need, where the system can.
     """
@@ -32,6 +32,7 @@ class ProbeRunner:
     work: Path
     time_limit: float  # [s] for one process
     _server: ForkServer | None = field(default=None, init=False)
+    _extracted: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         for folder in (self.results, self.elsewhere, self.work / "tmp"):
@@ -63,11 +64,15 @@ class ProbeRunner:
         return self.work / "elsewhere"
 
     def unpack(self, folder: Path | None = None) -> Path:
-        """Unpack the FMU again, or raise InputError."""
-        target = folder or self.unpacked
+        """Make a folder hold the FMU's files as in the archive, whatever a probe left there, or raise InputError."""
+        target, untouched, name = folder or self.unpacked, self.work / "untouched", str(self.archive)
+        if not self._extracted:
+            shutil.rmtree(untouched, ignore_errors=True)
+            with open_zip(self.archive, name) as archive:
+                extract(archive, untouched, name)
+            self._extracted = True
         shutil.rmtree(target, ignore_errors=True)
-        with open_zip(self.archive, str(self.archive)) as archive:
-            extract(archive, target, str(self.archive))
+        copy_extracted(untouched, target, name)
         return target
 
     def run(
