@@ -13,7 +13,7 @@ from .controller_weights import DEFAULT_DESIGN as DEFAULT_DESIGN
 from .controller_weights import ConfigurationName as ConfigurationName  # parameters are read here
 from .controller_weights import ControllerDesign as ControllerDesign
 from .controller_weights import Weights as Weights
-from .quantities import NOT_NEGATIVE, PERIOD, POSITIVE, Range, check_ranges
+from .quantities import NOT_NEGATIVE, PERIOD, POSITIVE, TURN, Range, check_ranges
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
 DEGREE = math.pi / 180.0  # rad
@@ -24,7 +24,6 @@ HERTZ = 2.0 * math.pi  # rad/s
 IMBALANCE = Range(minimum=0.0, maximum=1e-2)  # N.s2/rad2, N.m.s2/rad2: over 200 times that of the large wheels
 COARSE_ERROR = Range(minimum=0.0, maximum=DEGREE)  # rad; a sun sensor, and more than the controller's model holds for
 FINE_ERROR = Range(minimum=0.0, maximum=60.0 * ARCSECOND)  # rad; six times the coarse star tracker's
-TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
 ModeChoice = Literal["frequency", "coupling"]
 MeshKind = Literal["record", "tiles"]

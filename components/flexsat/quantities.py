@@ -45,6 +45,8 @@ class Range:
 NOT_NEGATIVE = Range(minimum=0.0)
 POSITIVE = Range(above=0.0)
 PERIOD = Range(minimum=1e-6, maximum=3600.0)
+FULL_TURN = 2.0 * math.pi  # rad
+TURN = Range(minimum=-FULL_TURN, maximum=FULL_TURN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

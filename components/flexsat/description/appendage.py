@@ -10,13 +10,12 @@ from typing import Annotated
 import numpy as np
 
 from ..arrays import Array
-from ..quantities import Range, check_ranges
+from ..quantities import TURN, Range, check_ranges
 from ..structure.combine import Placed, rotation_about, turned
 from ..structure.structure import Structure
 from .placement import UNIT, Vector
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # before the dot of a node's name
-TURN = Range(minimum=-2.0 * math.pi, maximum=2.0 * math.pi)  # rad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

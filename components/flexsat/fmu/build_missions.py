@@ -14,6 +14,7 @@ from ..parameters import ENVIRONMENT_PERIOD
 from ..ports.table import FmiVersion, PortTable
 from ..runtime.missions.mission_data import MissionData
 from ..structure.mesh import tile_centres
+from ..variants import CORRECTED
 from .build_native import described_by, write_native_fmu
 from .documentation.content import AccompanyingFiles, accompanying_files, draw
 from .documentation.device_rows import device_rows
@@ -91,12 +92,21 @@ def mission_data(design: Design) -> MissionData:
     )
 
 
+def mission_resources(design: Design) -> dict[str, bytes]:
+    """Return the files that travel in the FMUs of missions of a design."""
+    return data_resources(mission_data(design))
+
+
+def data_resources(data: MissionData) -> dict[str, bytes]:
+    """Return the files that travel in the FMUs of missions."""
+    arrays = {f"{CORRECTED.name}.{item.name}": np.asarray(getattr(data, item.name)) for item in fields(data)}
+    return {MODEL_FILE: npz_bytes(arrays)}
+
+
 def mission_parts(designs: Designs) -> dict[str, MissionParts]:
     """Return the parts of all components of missions; the experiments are run."""
     design = designs.corrected
-    data = mission_data(design)
-    arrays = {f"corrected.{item.name}": np.asarray(getattr(data, item.name)) for item in fields(data)}
-    resources = {MODEL_FILE: npz_bytes(arrays)}
+    resources = mission_resources(design)
     steps = {"environment": ENVIRONMENT_PERIOD}  # the others step with the controller
     parts = {}
     for component, shell in MISSION_SHELLS.items():
@@ -109,7 +119,7 @@ def mission_parts(designs: Designs) -> dict[str, MissionParts]:
             table=table,
             runs=runs,
             pictures=pictures,
-            step=steps.get(component, data.period),
+            step=steps.get(component, design.controller.period),
         )
     return parts
 

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..runtime.missions.environment import EnvironmentParameters
+from ..quantities import FULL_TURN
+from ..runtime.missions.environment import EARTH_RADIUS, EnvironmentParameters
 from ..runtime.missions.mission_data import MissionData
 from .table import Port
-
-TURN = 2.0 * math.pi
 
 
 def ports(model: MissionData) -> tuple[Port, ...]:
@@ -40,14 +39,15 @@ def ports(model: MissionData) -> tuple[Port, ...]:
         Port(name="magnetic.field", causality="output", unit="T", size=3, frame="inertial", variability="discrete",
              description="field of the Earth's dipole"),
         Port(name="solar.lit", causality="output", kind="boolean", description="false in the shadow of the Earth"),
-        Port(name="orbit.radius", causality="parameter", unit="m", start=4.2164e7, minimum=6.3781370e6, maximum=1e12,
+        Port(name="orbit.radius", causality="parameter", unit="m", start=4.2164e7, minimum=EARTH_RADIUS, maximum=1e12,
              description="radius of the circular orbit"),
-        Port(name="orbit.inclination", causality="parameter", unit="rad", start=0.5, minimum=-TURN, maximum=TURN,
-             display_unit="deg", description="inclination of the orbit against the inertial x-y plane"),
-        Port(name="orbit.node", causality="parameter", unit="rad", start=0.0, minimum=-TURN, maximum=TURN,
-             display_unit="deg", description="ascending node, from inertial x"),
-        Port(name="orbit.argument", causality="parameter", unit="rad", start=0.0, minimum=-TURN, maximum=TURN,
-             display_unit="deg", description="place in the orbit at t = 0, from the node"),
+        Port(name="orbit.inclination", causality="parameter", unit="rad", start=0.5, minimum=-FULL_TURN,
+             maximum=FULL_TURN, display_unit="deg",
+             description="inclination of the orbit against the inertial x-y plane"),
+        Port(name="orbit.node", causality="parameter", unit="rad", start=0.0, minimum=-FULL_TURN,
+             maximum=FULL_TURN, display_unit="deg", description="ascending node, from inertial x"),
+        Port(name="orbit.argument", causality="parameter", unit="rad", start=0.0, minimum=-FULL_TURN,
+             maximum=FULL_TURN, display_unit="deg", description="place in the orbit at t = 0, from the node"),
         Port(name="gravity_gradient.enabled", causality="parameter", kind="boolean", start=True,
              description="whether there is a gravity gradient"),
         Port(name="gravity_gradient.inertia", causality="parameter", unit="kg.m2", size=9, frame="body",

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ..parameters import ARCSECOND
+from ..parameters import ARCSECOND, Wheel
+from ..quantities import FULL_TURN
 from ..runtime.missions import allocation, thrusters
 from ..runtime.missions.failure_detection import PreparedDetection
 from ..runtime.missions.manager import PreparedManager
 from ..runtime.missions.mission_data import MissionData
-from ..runtime.missions.mode_logic import ACTIONS, MODES, PreparedModes
-from ..runtime.missions.off_loading import PreparedOffLoading
+from ..runtime.missions.mode_logic import ACTIONS, MODES, START_LIMIT, PreparedModes
+from ..runtime.missions.off_loading import LEAST_LEFT, PreparedOffLoading
 from ..runtime.missions.thrusters import ThrusterParameters
+from .declared import parameter_port
 from .table import Port
 from .thrusters import COUNT, thruster_parameters
 
 COMMANDS = 48  # of a timeline
 LATEST = 1e9  # s
-TURN = 2.0 * math.pi
 MODE_TEXT = ", ".join(f"{k} {mode}" for k, mode in enumerate(MODES))
 
 
@@ -85,8 +85,8 @@ def ports(model: MissionData) -> tuple[Port, ...]:
              maximum=len(ACTIONS) - 1,
              description="what is commanded: " + ", ".join(f"{k} {action}" for k, action in enumerate(ACTIONS))
              + "; the first 0 ends the timeline"),
-        Port(name="timeline.rotation", causality="parameter", unit="rad", size=3 * COMMANDS, minimum=-TURN,
-             maximum=TURN, display_unit="deg", description="rotation vector of each slew, one after another"),
+        Port(name="timeline.rotation", causality="parameter", unit="rad", size=3 * COMMANDS, minimum=-FULL_TURN,
+             maximum=FULL_TURN, display_unit="deg", description="rotation vector of each slew, one after another"),
         Port(name="slew.lead", causality="parameter", unit="s", start=5.0, minimum=0.0, maximum=1e6,
              description="time from the command of a slew to its start time"),
         Port(name="settle.band", causality="parameter", unit="rad", start=2.0 * ARCSECOND, minimum=0.0, maximum=0.1,
@@ -122,15 +122,15 @@ def ports(model: MissionData) -> tuple[Port, ...]:
              description="time over which the torque of a failed wheel is found from its encoder"),
         Port(name="wheel.axis", causality="parameter", unit="1", size=3 * n, minimum=-1.0, maximum=1.0, frame="body",
              start=tuple(model.wheel_axis.ravel().tolist()), description="axis of each wheel, one after another"),
-        Port(name="wheel.inertia", causality="parameter", unit="kg.m2", size=n, minimum=1e-9, maximum=1e6,
-             start=tuple(model.wheel_inertia.tolist()), description="inertia of each wheel about its axis"),
-        Port(name="wheel.torque_limit", causality="parameter", unit="N.m", size=n, minimum=0.0, maximum=1e6,
-             start=tuple(model.torque_limit.tolist()), description="torque limit of each wheel"),
+        parameter_port(Wheel, "inertia", name="wheel.inertia", size=n, minimum=1e-9, maximum=1e6,
+                       start=tuple(model.wheel_inertia.tolist()), description="inertia of each wheel about its axis"),
+        parameter_port(Wheel, "torque_limit", name="wheel.torque_limit", size=n,
+                       start=tuple(model.torque_limit.tolist()), description="torque limit of each wheel"),
         Port(name="wheel.nominal_speed", causality="parameter", unit="rad/s", size=n, minimum=-1e4, maximum=1e4,
              start=tuple(model.nominal_speed.tolist()), display_unit="rpm",
              description="speed that off-loading brings each wheel back to"),
-        Port(name="wheel.speed_band", causality="parameter", unit="rad/s", start=model.speed_band, minimum=1e-6,
-             maximum=1e6, display_unit="rpm", description="speed either side of the nominal one that is looked after"),
+        parameter_port(Wheel, "speed_band", name="wheel.speed_band", start=model.speed_band, minimum=1e-6,
+                       display_unit="rpm", description="allowed wheel speed either side of nominal"),
         *thruster_parameters(),
     )  # fmt: skip
 
@@ -188,7 +188,7 @@ def parameters(value: Callable[[str], Any], step: float) -> PreparedManager:
             minimum_impulse=value("thrust.minimum_impulse"),
             period=value("thrust.period"),
             duration=value("off_loading.duration"),
-            last=0.1 * value("off_loading.duration"),
+            last=LEAST_LEFT * value("off_loading.duration"),
             tolerance=value("off_loading.tolerance"),
         ),
         thrusters=known,
@@ -219,7 +219,7 @@ def _modes(value: Callable[[str], Any], step: float) -> PreparedModes:
         dwell=_steps(value("settle.dwell"), step),
         outage=_steps(value("star_tracker.outage_time"), step),
         safe_outage=_steps(value("safe.outage_time"), step),
-        start_limit=_steps(value("slew.lead") + 20.0, step),
+        start_limit=_steps(value("slew.lead") + START_LIMIT, step),
         automatic=value("off_loading.automatic"),
     )
 

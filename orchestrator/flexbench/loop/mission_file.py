@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from flexsat.description.lines import Key, line_of
-from flexsat.ports.mission import COMMANDS, LATEST, TURN
+from flexsat.ports.mission import COMMANDS, LATEST
+from flexsat.quantities import FULL_TURN
 from flexsat.runtime.missions.mode_logic import ACTIONS
 from lockstep.data_text import parse_toml
 from lockstep.errors import InputError, suggestion
@@ -118,7 +119,7 @@ def _rotation(file: _File, place: tuple[Key, ...], command: Mapping[str, Any]) -
     if not (isinstance(given, list) and len(given) == len("xyz") and all(map(_is_number, given))):
         raise file.refuse(where, f"rotation = {given!r} must be three numbers: the rotation vector of the slew")
     rotation = tuple(UNITS[unit].factor * angle for angle in given)
-    if not any(rotation) or max(map(abs, rotation)) > TURN:
+    if not any(rotation) or max(map(abs, rotation)) > FULL_TURN:
         raise file.refuse(where, f"rotation = {given!r} {unit} must turn somewhere, by at most a turn about each axis")
     return rotation
 

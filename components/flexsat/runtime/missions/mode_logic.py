@@ -25,6 +25,7 @@ NOTHING, DO_SLEW, DO_OFF_LOAD, DO_SAFE, DO_RESUME = range(5)
 ACTIONS = ("none", "slew", "off-load", "safe", "resume")  # of a command, by number
 LEFT = 3.0  # bands: a pointing error beyond ends the mode fine
 EARLY = 1e-9  # s: rounding of times
+START_LIMIT = 20.0  # s after its start time: a slew that has not begun by then is given up
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, make_read_only
+from .thrusters import WHOLE
 
-WHOLE = 1.0 - 1e-9  # of the minimum impulse
+LEAST_LEFT = 0.1  # of its duration: the shortest time that is taken for left
 GIVEN_UP = 2.0  # of its duration: then an off-loading ends, whether the wheels are back or not
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from flexsat.ports import environment as environment_ports
 from flexsat.ports import mission as mission_ports
@@ -15,6 +15,7 @@ from flexsat.ports import thrusters as thruster_ports
 from flexsat.runtime.missions import environment, manager, thrusters
 from flexsat.runtime.rotations import quaternion_from_mrp
 from fmus.mission_numbers import MISSION_DATA, values_of
+from fmus.mission_runs import STEPS, InOtherOrder, InOtherUnits, fly, without_effect
 from fmus.native.twin import Twin
 
 Made = Callable[..., Twin]
@@ -162,3 +163,29 @@ def test_the_manager_is_that_of_the_python_stepper(made: Made):
     assert fired > 0.0
     assert modes == set(range(6))
     assert state.detection.status.tolist() == [2, 0, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("component", STEPS)
+def test_every_parameter_changes_a_run(made: Made, component: str):
+    """As of the Python components in tests/flexsat/ports/test_every_mission_parameter.py."""
+    assert without_effect(made, component) == []
+
+
+@pytest.mark.parametrize("component", ["thrusters", "mission"])  # the environment's constants of the Earth are in SI
+def test_numbers_in_other_units_are_the_same_run(made: Made, component: str):
+    expected = fly(made(component), component, {})
+    found = fly(made(component), component, {}, InOtherUnits())
+
+    for name, values in expected.items():
+        assert_array_equal(found[name], values, err_msg=name)
+
+
+@pytest.mark.parametrize("component", STEPS)
+def test_wheels_thrusters_and_axes_in_another_order_are_the_same_run(made: Made, component: str):
+    settings = {"thrust.noise": 0.0} if component == "thrusters" else {}  # drawn by the order
+    expected = fly(made(component), component, settings)
+    found = fly(made(component), component, settings, InOtherOrder())
+
+    for name, values in expected.items():
+        scale = max(1e-30, float(np.abs(values).max()))
+        assert_allclose(found[name], values, rtol=0.0, atol=1e-11 * scale, err_msg=name)  # sums in another order
