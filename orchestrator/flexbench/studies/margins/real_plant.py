@@ -17,7 +17,7 @@ from flexsat.spacecraft.variation import ModelErrors, keep_modes, with_errors
 from lockstep.errors import InputError
 
 from .designed_loop import DesignedLoop
-from .periodic_loop import PeriodicLoop
+from .periodic_loop import PeriodicLoop, largest_eigenvalues
 
 NEAR, ITERATIONS = 1e-9, 3  # of inverse iteration: relative distance to the eigenvalue
 KEPT = 4  # loops
@@ -133,7 +133,7 @@ def growth_of_loop(opened: PeriodicLoop, factor: complex = 1.0) -> tuple[float, 
     period gives the frequency: that of the strongest line of what comes back.
     """
     monodromy = opened.monodromy(factor)
-    values = np.linalg.eigvals(monodromy)
+    values = largest_eigenvalues(monodromy)
     slowest = values[np.argmax(np.abs(values))]
     span = opened.steps * opened.period
     folded = float(np.angle(slowest)) / (2.0 * np.pi * span)
