@@ -145,7 +145,7 @@ class Sequences:
     # Actions.
 
     def begin(self):
-        # a change between a state before the start of the model and one after it costs a start
+        # mostly states after the start of the model: those before it allow few calls
         ((handle, saved),) = self.random.choices(self.bases, (1, 1, 1, 12, 4))
         self.do("State", lambda: self.fmu.set_state(handle), state=saved, what="set")
 

@@ -67,8 +67,8 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
             self._make()
         except BaseException as error:
             self._failure = reason_of("instantiate", error, brief=False)
-            brief = isinstance(error, ValueError)
-            self.log(printf_safe(log_text("instantiate", error, brief)), Fmi2Status.error, "logStatusError")
+            text = log_text("instantiate", error, isinstance(error, ValueError))
+            self.log(printf_safe(text), Fmi2Status.error, "logStatusError")
 
     def _make(self) -> None:
         self._build = build = build_facts(self.resources)
@@ -81,11 +81,11 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
         self._feeds_on_demand = any(port.on_demand and port.depends_on for port in self.table)
         self._follows = any(port.follows_inputs for port in self.table)
         self._buffers = SharedBuffers(self.values, self._feeds_on_demand)
-        self._plans = AccessPlans()
-        self._points = CommunicationPoints()
+        self._plans, self._points = AccessPlans(), CommunicationPoints()
         self._set_by = self.step_parameter and f"parameter {self.step_parameter}"
         self._first = self.first_step if self.equal_steps else None
         self._started = False  # whether `start` has run with the present parameters and inputs
+        self._ready: bytes | None = None  # of a state before `start`: the parameters that it ran with last
         self._stale = False  # whether the outputs on demand are older than the state
         self._enter(Phase.INSTANTIATED)
 
@@ -265,14 +265,15 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
             self._fail(call, Refused(str(error)) if isinstance(error, ValueError) else error)
 
     def _restore(self, ports: Mapping[str, AnyArray], state: Mapping[str, AnyArray], *, started: bool) -> None:
-        before = self.values.parameter_bytes() if self._started else None
-        self._started = False  # until all of it is restored
+        before = self.values.parameter_bytes() if self._started else self._ready
+        self._started, self._ready = False, None  # until all of it is restored
         self.values.restore(ports)
         if started and before != self.values.parameter_bytes():
             self.start()
             self.values.restore(ports)
         if started:
             self.restore_state(state)
+        self._ready = None if started else before
 
     @staticmethod
     def _fmu_state_to_bytes(state: bytes) -> bytes:
@@ -313,6 +314,7 @@ class ComponentSlave(ModelState, Fmi2Slave):  # type: ignore[misc]  # pythonfmu 
     def _prepare(self) -> None:
         """Run `start` unless it has run with the present parameters and inputs."""
         if not self._started:
+            self._ready = None
             self.start()
             self._buffers.note_inputs(True)
             self._started, self._stale = True, True

@@ -262,6 +262,42 @@ def test_a_saved_state_is_a_copy_and_makes_a_failed_instance_usable(toy):
     assert toy.do_step(0.1, 0.1) is True
 
 
+def test_a_state_after_the_start_is_restored_without_a_start_where_the_last_had_its_parameters():
+    toy = Toy(instance_name="toy")
+    bias, unused = references(toy, "bias"), toy._get_fmu_state()
+
+    def run(value):
+        toy._set_fmu_state(unused)
+        toy.set_real(bias, [value])
+        toy.setup_experiment(0.0)
+        toy.enter_initialization_mode()
+        toy.exit_initialization_mode()
+
+    def starts_of_restoring(saved):
+        before = toy.starts
+        toy._set_fmu_state(unused)
+        toy._set_fmu_state(saved)
+        assert toy.get_real(bias) == [1.0]
+        return toy.starts - before
+
+    run(1.0)
+    saved = toy._get_fmu_state()
+    assert (toy.starts, starts_of_restoring(saved), starts_of_restoring(saved)) == (1, 0, 0)
+    toy._set_fmu_state(unused)
+    toy.set_real(bias, [2.0])  # and no start
+    assert starts_of_restoring(saved) == 0
+    run(2.0)
+    assert starts_of_restoring(saved) == 1
+    run(10.0)  # refused, so that nothing is known to be prepared
+    assert (starts_of_restoring(saved), starts_of_restoring(saved)) == (1, 0)
+    toy.stop = True
+    toy.do_step(0.0, 0.1)  # fails in the model
+    assert starts_of_restoring(saved) == 1
+    toy.stop = False
+    assert toy.do_step(0.0, 0.1) is True
+    assert toy.get_real(references(toy, "y")) == [1.0] * 130
+
+
 def test_messages_are_safe_for_printf_and_for_the_encoding_of_the_wrapper(toy):
     toy._fail("doStep", Refused("50 % of \udc80\0 done"))
 

@@ -1,16 +1,23 @@
 """Parameters that a host may change during a run."""
 
+from dataclasses import dataclass
+
 import pytest
 
 from flexsat.fmu.python.life_cycle import ComponentSlave
 from flexsat.ports.table import Port, PortTable
 
 
+@dataclass
+class State:
+    """Nothing."""
+
+
 class Tuned(ComponentSlave):
     """Multiply by a gain that may change, and by one that may not."""
 
     description = "tuned"
-    notes = 0
+    notes = starts = 0
 
     def ports(self):
         return (
@@ -20,6 +27,8 @@ class Tuned(ComponentSlave):
         )
 
     def start(self):
+        self.starts += 1
+        self.state = State()
         self.view("y")[()] = 0.0
 
     def advance(self, _time, _step):
@@ -49,6 +58,15 @@ def test_a_tunable_parameter_may_be_set_in_a_run_and_the_component_is_notified_e
 
     assert seen == [6.0, 8.0, 8.0]
     assert running.notes == 3
+
+
+def test_what_was_tuned_since_a_state_was_saved_is_prepared_again_also_after_a_state_before_the_start(running):
+    unused, saved = Tuned(instance_name="unused")._get_fmu_state(), running._get_fmu_state()
+    running.set_real([2], [3.0])
+    running._set_fmu_state(unused)
+    running._set_fmu_state(saved)
+
+    assert (running.starts, running.get_real([2])) == (2, [1.5])
 
 
 def test_fixed_parameters_are_refused_in_a_run(running):
