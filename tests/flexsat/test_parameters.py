@@ -32,13 +32,14 @@ from flexsat.ports.units import UNITS
 from flexsat.quantities import Range, quantity
 from flexsat.variants import AS_PUBLISHED, CORRECTED, Variant
 
-# few speeds and modes, as most of a design's time goes into the selection of the quiet ones
+# few speeds, modes and gains in a period, as they take most of a design's time
 STOCK = replace(
     configuration("centralised"),
     bus=Bus(mass=100.0, inertia=(60.0, 80.0, 100.0, 2.0, -4.0, 6.0), centre_of_mass=(0.2, -0.1, -1.5)),
-    modes=Modes(plant=20, design=12),
+    modes=Modes(plant=14, design=8),
     wheel=replace(configuration("centralised").wheel, speed_limit=600.0, full_torque_speed=100.0),
     speeds=SpeedSelection(points=150),
+    rates=Rates(star_tracker=0.02),
 )
 OF_RECORD = (("aperture", "tile_side"), ("aperture", "rings"))
 # their own tests change these: files of structures, a table of harmonics, meshes other than that of record, and what

@@ -32,7 +32,8 @@ for scenario, duration in durations.items():
     result[scenario] = {port: relative_difference(signals[port][:rows], expected.signals[port]) for port in ports}
 """
 
-# Both sides get the same parameters; those in `monolith_only` go to the plain loop alone. Every output, every tick.
+# Both sides get the same parameters; those in `monoliths`, by a name of the comparison, go to a plain loop alone.
+# Every output, every tick.
 EVERYTHING = """
 from flexbench.loop.equivalence import relative_difference
 from flexbench.loop.scenarios import scalar_overrides, scenario_parameters
@@ -53,26 +54,26 @@ for case in cases:
     simulate(load_system(Path(fmus, name, f"{scenario}.ssd")), where, stop_time=case["duration"], record=["all"],
              record_period=0.001, overrides=scalar_overrides(parameters))
     signals = read_signals(where)
-    for component, ports in case["monolith_only"].items():
-        parameters[component] |= ports
-    expected = ClosedLoop(designs, parameters).run(case["duration"], outputs, record_ticks=1)
-    assert expected.time.tolist() == signals.time.tolist()
-    assert sum(expected.signals[port][0].size for port in outputs) == len(signals.columns)  # nothing is left out
-    rows = len(signals.time)
-    result[case["name"]] = {port: relative_difference(signals[port].reshape(rows, -1),
-                                                    expected.signals[port].reshape(rows, -1)) for port in outputs}
+    for comparison, changed in case["monoliths"].items():
+        own = {component: ports | changed.get(component, {}) for component, ports in parameters.items()}
+        expected = ClosedLoop(designs, own).run(case["duration"], outputs, record_ticks=1)
+        assert expected.time.tolist() == signals.time.tolist()
+        assert sum(expected.signals[port][0].size for port in outputs) == len(signals.columns)  # nothing is left out
+        rows = len(signals.time)
+        result[comparison] = {port: relative_difference(signals[port].reshape(rows, -1),
+                                                        expected.signals[port].reshape(rows, -1)) for port in outputs}
 """
 
 
-def case(name, scenario="fine_pointing", variant="corrected", duration=0.5, changes=None, monolith_only=None):
-    """Describe one comparison."""
+def case(name, scenario="fine_pointing", variant="corrected", duration=0.5, changes=None, monoliths=None):
+    """Describe one co-simulation, and what it is compared with."""
     return {
         "name": name,
         "scenario": scenario,
         "variant": variant,
         "duration": duration,
         "changes": changes or {},
-        "monolith_only": monolith_only or {},
+        "monoliths": monoliths or {name: {}},
     }
 
 
@@ -114,15 +115,42 @@ CASES = [
 ]
 
 
+# A change as small as these is far below all that metrics could show; the gate sees the second kind and larger.
+ULP, SMALL = 2.0**-52, 1e-8
+CHANGED = (
+    ("sensors", "gyro.noise", 2e-7),
+    ("sensors", "jitter.imbalance_force", 3e-5),
+    ("plant", "initial.rate[1]", 1e-6),
+    ("controller", "jitter.imbalance_force", 3e-5),
+)
+ONE_DIFFERS = case(
+    "one parameter differs",
+    duration=0.2,
+    changes={owner: {port: value for other, port, value in CHANGED if other == owner} for owner, _, _ in CHANGED},
+    monoliths={
+        f"{component}.{port} by {relative}": {component: {port: value * (1.0 + relative)}}
+        for component, port, value in CHANGED
+        for relative in (ULP, SMALL)
+    },
+)
+
+
 @pytest.fixture(scope="module", params=CONFIGURATIONS)
 def compared(request, fmus, python, tmp_path_factory):
     """Return the largest relative difference of every port in every case, for each configuration in turn."""
-    return python(EVERYTHING, fmus, tmp_path_factory.mktemp("compared"), request.param, CASES)
+    cases = [*CASES, ONE_DIFFERS] if request.param == "centralised" else CASES
+    return python(EVERYTHING, fmus, tmp_path_factory.mktemp("compared"), request.param, cases)
 
 
 @pytest.mark.parametrize("name", [one["name"] for one in CASES])
 def test_every_output_at_every_tick_is_equal(compared, name):
     assert {port: value for port, value in compared[name].items() if not value <= TOLERANCE} == {}
+
+
+@pytest.mark.parametrize("compared", CONFIGURATIONS[:1], indirect=True)
+@pytest.mark.parametrize("name", list(ONE_DIFFERS["monoliths"]))
+def test_one_parameter_that_differs_in_its_last_digits_is_noticed(compared, name):
+    assert max(compared[name].values()) > (TOLERANCE if name.endswith(str(SMALL)) else 0.0)
 
 
 @pytest.mark.slow
@@ -135,33 +163,3 @@ def test_native_fmus_hold_the_gate_over_a_whole_run(study, python, name):
         assert len(differences) > 10
         assert {port: value for port, value in differences.items() if not value <= NATIVE_TOLERANCE} == {}
         assert max(differences.values()) > 0.0  # they are not the steppers of the plain loop
-
-
-# A change as small as these is far below all that metrics could show; the gate sees the second kind and larger.
-ULP, SMALL = 2.0**-52, 1e-8
-CHANGED = [
-    (component, port, value, relative)
-    for component, port, value in (
-        ("sensors", "gyro.noise", 2e-7),
-        ("sensors", "jitter.imbalance_force", 3e-5),
-        ("plant", "initial.rate[1]", 1e-6),
-        ("controller", "jitter.imbalance_force", 3e-5),
-    )
-    for relative in (ULP, SMALL)
-]
-
-
-def test_one_parameter_that_differs_in_its_last_digits_is_noticed(fmus, python, tmp_path):
-    cases = [
-        case(
-            f"{component}.{port} by {relative}",
-            duration=0.2,
-            changes={component: {port: value}},
-            monolith_only={component: {port: value * (1.0 + relative)}},
-        )
-        for component, port, value, relative in CHANGED
-    ]
-    found = python(EVERYTHING, fmus, tmp_path, "centralised", cases)
-
-    for name, differences in found.items():
-        assert max(differences.values()) > (TOLERANCE if name.endswith(str(SMALL)) else 0.0), name

@@ -88,7 +88,10 @@ def test_package_gives_the_results_of_its_system_file(delivered, tmp_path):
 
 
 def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_path, manifest, monkeypatch):
+    """The FMUs themselves are not built again: test_built_components compares their bytes."""
     shutil.copytree(delivered, tmp_path, dirs_exist_ok=True)
+    monkeypatch.setattr(build, "configuration_parts", lambda _: {})
+    monkeypatch.setattr(build, "build_configuration", lambda *_: built_before(manifest, tmp_path))
 
     build_all(("centralised",), tmp_path, lambda _: None, ONLY_PYTHON)
 
@@ -106,8 +109,6 @@ def test_building_one_configuration_keeps_the_unchanged_other(delivered, tmp_pat
 
     with (tmp_path / "distributed" / "plant.fmu").open("ab") as file:
         file.write(b"x")
-    monkeypatch.setattr(build, "configuration_parts", lambda _: {})
-    monkeypatch.setattr(build, "build_configuration", lambda *_: built_before(rebuilt, tmp_path))
     build_all(("centralised",), tmp_path, lambda _: None, ONLY_PYTHON)
     assert list(json.loads((tmp_path / MANIFEST).read_text())["configurations"]) == ["centralised"]
     assert "distributed/plant.fmu" not in (tmp_path / "ICD.md").read_text()
