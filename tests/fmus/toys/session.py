@@ -7,6 +7,7 @@ import shutil
 import sys
 import tempfile
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 import fmpy
@@ -17,11 +18,14 @@ from fmpy.logging import addLoggerProxy
 __all__ = ["FMICallException", "Session"]
 
 
+described = cache(fmpy.read_model_description)  # of a path; an FMU does not change while a script runs
+
+
 class Session:
     """One instance of an FMU, unpacked on its own, with everything it logs."""
 
     def __init__(self, path, name="one", folder=None, formatted=True, raw_location=False):
-        self.description = fmpy.read_model_description(str(path))
+        self.description = described(str(path))
         self.folder = Path(folder or tempfile.mkdtemp())
         fmpy.extract(str(path), str(self.folder))
         self.messages = []
