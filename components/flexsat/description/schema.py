@@ -41,8 +41,8 @@ class KeyTable:
     rows: Sequence[KeyRow]
 
 
-# title, class, fields that a file does not give, keys that it has beside the fields: key, default, meaning
-_ENTRY = (
+# keys of a list of devices: key, default, meaning
+_DEVICES = (
     ("at", "", "name of a site"),
     ("axes", "", 'list of "+x" to "-z", or of directions of any length in body axes: one device along each'),
     ("kind", "[wheel]", "wheels only: NAME of a table [wheel_kinds.NAME], which has the keys of [wheel]"),
@@ -53,6 +53,7 @@ _ENTRY = (
         "gyros only: rotation vector off the axes, rad, deg, arcsec; unknown to the filters",
     ),
 )
+# title, class, fields that a file does not give, keys that it has beside the fields: key, default, meaning
 _TABLES: tuple[tuple[str, type, tuple[str, ...], tuple[tuple[str, str, str], ...]], ...] = (
     ("[sites] NAME = { ... }", Site, ("name",), ()),
     ("[bus]", Bus, (), ()),
@@ -82,7 +83,9 @@ def schema() -> Iterator[KeyTable]:
         ("wheels, gyros, accelerometers", "", "lists of the next table"),
     ]
     yield KeyTable(title="at the top", meaning="", rows=[_plain(*one) for one in top])
-    yield KeyTable(title='wheels = [{ at = "bus", axes = ["+x"] }]', meaning="", rows=[_plain(*one) for one in _ENTRY])
+    yield KeyTable(
+        title='wheels = [{ at = "bus", axes = ["+x"] }]', meaning="", rows=[_plain(*one) for one in _DEVICES]
+    )
     for title, owner, without, also in _TABLES:
         rows = [_row(owner, item, comment) for item, comment in _commented(owner) if item.name not in without]
         meaning = (owner.__doc__ or "").partition("\n")[0]

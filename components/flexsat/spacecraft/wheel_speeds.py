@@ -109,16 +109,17 @@ def select_speeds(
         If no speed leaves a wheel's band below its speed limit.
     """
     hertz, window = speed_grid(selection)
+    speed = 2.0 * np.pi * hertz
     response = _all_harmonics(spacecraft, hertz) * hertz**2
     worst = scipy.ndimage.maximum_filter1d(response, window, axis=1, mode="nearest")
     margin = int(np.ceil(window / 2)) - 1  # the band must lie inside the range
     inner = slice(margin, selection.points - margin)
-    worst = _within_limits(spacecraft, 2.0 * np.pi * hertz, worst, inner)
+    worst = _within_limits(spacecraft, speed, worst, inner)
     if allowed is not None:
-        worst = np.where(allowed(2.0 * np.pi * hertz), worst, np.inf)
+        worst = np.where(allowed(speed), worst, np.inf)
     least = worst[:, inner].min(axis=1, keepdims=True)
     best = margin + np.argmax(worst[:, inner] <= (1.0 + TIE) * least, axis=1)  # the first of those alike
-    return WheelResponse(speed=2.0 * np.pi * hertz, response=response, worst=worst, nominal=2.0 * np.pi * hertz[best])
+    return WheelResponse(speed=speed, response=response, worst=worst, nominal=speed[best])
 
 
 def _all_harmonics(spacecraft: Spacecraft, hertz: Array) -> Array:

@@ -197,7 +197,7 @@ def _torque(
             _called(adapted, "ExitInitializationMode", adapted.exit_initialization())
             for number, (position, speed) in enumerate(zip(positions, rates, strict=True)):
                 sensors.measure(position, speed)
-                _called(adapted, "DoStep", adapted.do_step(number * step / 1e9, seconds(step), 1))
+                _called(adapted, "DoStep", adapted.do_step(seconds(number * step), seconds(step), 1))
             torque = np.zeros(len(excitation.torque))
             references = [binding.shown[name].reference for name in excitation.torque]
             adapted.getter("Real", np.array(references, np.uint32), torque)()

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from flexbench.adapt.excitation import Excitation
 from flexsat.closed_loop import PORTS, port_values
 from flexsat.ports.table import Port
 from lockstep import InputError
@@ -19,6 +18,7 @@ from lockstep.system.component import Component
 
 from ..loop.systems import NANOSECOND, scalar_names
 from .contracts import contracts, design_named
+from .excitation import Excitation
 
 _SHARE = 0.02  # of a wheel's torque limit: expected for each error, far from saturation even if it is taken for degrees
 
@@ -57,7 +57,7 @@ def excitation_of(contract: Contract) -> Excitation:
     # the state is the MRP, a quarter of a small angle; a wheel's torque acts on the body with the other sign
     body = model.wheel_axis.T @ model.feedback
     stiffness, damping = -body[:, :3] / 4.0, -body[:, rates]
-    call = _SHARE * model.torque_limit * float(model.torque_limit_factor.min())
+    expected = _SHARE * model.torque_limit * float(model.torque_limit_factor.min())
     x, y, z = scalar_names(ports["star_tracker.mrp"])
     gyros = zip(scalar_names(ports["gyro.rate"]), axes, strict=True)
     return Excitation(
@@ -71,6 +71,6 @@ def excitation_of(contract: Contract) -> Excitation:
         wheel_axis=model.wheel_axis,
         stiffness=stiffness,
         damping=damping,
-        angle=call / float(np.max(np.abs(stiffness))),
-        speed=call / float(np.max(np.abs(damping))),
+        angle=expected / float(np.max(np.abs(stiffness))),
+        speed=expected / float(np.max(np.abs(damping))),
     )

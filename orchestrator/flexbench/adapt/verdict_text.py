@@ -8,8 +8,7 @@ from flexbench.adapt.attitude_words import MEASURED, quantities
 from flexbench.adapt.excitation import Excitation
 from flexbench.adapt.judge import AXES
 from flexbench.adapt.verdict import Verdict
-
-from ..loop.systems import NANOSECOND
+from lockstep.system.clock import seconds
 
 
 def describe_verdict(verdict: Verdict, excitation: Excitation, fmu: Path, adapter: Path) -> list[str]:
@@ -22,7 +21,7 @@ def describe_response(verdict: Verdict, excitation: Excitation, fmu: Path, adapt
     judgement = verdict.judgement
     lines = [
         f"{fmu} through {adapter} as {excitation.component}, steps of "
-        f"{verdict.step * NANOSECOND:g} s; torque as a share of that of flexsat's LQG:",
+        f"{seconds(verdict.step):g} s; torque as a share of that of flexsat's LQG:",
         "  error about    attitude: torque x, y, z    rate: torque x, y, z",
     ]
     for k, axis in enumerate(AXES):

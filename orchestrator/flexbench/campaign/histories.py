@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from lockstep.errors import InputError
+from lockstep.system.clock import SAME_TIME
 from lockstep.system.unit_table import UNITS
 from lockstep.system.units import conversion
 
@@ -94,8 +95,8 @@ def sampled(time: Array, values: Array, band: Band) -> NDArray[np.int64]:
 
     Rows at these times are taken; where there is none, the last one before.
     """
-    count = int((time[-1] + 1e-9) / band.period) + 1
-    rows = np.searchsorted(time, np.arange(count) * band.period + 1e-9, side="right") - 1
+    count = int((time[-1] + SAME_TIME) / band.period) + 1
+    rows = np.searchsorted(time, np.arange(count) * band.period + SAME_TIME, side="right") - 1
     return np.asarray(np.rint(values[np.maximum(rows, 0)] / band.resolution), dtype=np.int64)
 
 

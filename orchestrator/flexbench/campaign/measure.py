@@ -17,6 +17,7 @@ from flexsat.arrays import Array
 from lockstep import InputError, Signals, read_signals
 from lockstep.faults.windows import fault_windows
 from lockstep.results.read_run_record import read_run_record
+from lockstep.system.clock import SAME_TIME
 
 from ..runs.loop_monitor import means_lost
 from ..runs.loop_numbers import QUANTITIES, LoopNumbers, numbers_of, settling_band
@@ -109,7 +110,7 @@ def metric(run: Measured, source: MetricSource) -> float | None:
 
 def _rows(run: Measured, time: Array, window: str | tuple[float, float]) -> NDArray[np.bool_]:
     if not isinstance(window, str):
-        return np.asarray((time >= window[0] - 1e-9) & (time < window[1] + 1e-9))
+        return np.asarray((time >= window[0] - SAME_TIME) & (time < window[1] + SAME_TIME))
     if window == "all":
         return np.ones(len(time), dtype=bool)
     if window == "steady":

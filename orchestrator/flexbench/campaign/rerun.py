@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from lockstep.errors import InputError, RunError
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.plan.plan import Plan
 from lockstep.results.results_folder import claim
+from lockstep.system.clock import seconds
 from lockstep.system.system import System
 
 from ..engine.content import File
@@ -137,6 +137,4 @@ def fly_whole(
 
 
 def _seconds(system: Any, ticks: int) -> float:
-    seconds = float(ticks * system.tick) / 1e9
-    assert math.isfinite(seconds)
-    return seconds
+    return seconds(ticks * system.tick)

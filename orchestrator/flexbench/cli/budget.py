@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from flexsat.parameters import RUN_DURATION
 from lockstep.cli.command import command
 from lockstep.cli.given_options import refuse_given
-from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option
+from lockstep.cli.options import DISTINGUISHED, from_option, option_group, out_option, stop_time_option
 from lockstep.cli.outcome import remark, show_table, suggest, wrote
 from lockstep.cli.parameter_types import COUNT, DURATION, NUMBER, PATH, SEED
 from lockstep.errors import InputError
@@ -59,8 +60,7 @@ split_options = option_group(
     click.option("--split", type=PATH, metavar="SYSTEM", help="simulate this system with one error source at a time"),
     click.option("--seed", type=SEED, default=DEFAULT_SEED, metavar="N",
                  help=f"with --split: seed of plant and sensors (default: {DEFAULT_SEED})"),
-    click.option("--stop-time", type=DURATION, default=300.0, metavar="S",
-                 help="with --split: simulated time in seconds (default: 300)"),
+    stop_time_option(RUN_DURATION, "with --split: simulated time in seconds"),
     out_option("folder for results and figures (default: the run's; of several runs, one folder in it for each; "
                f"with --split: results/SYSTEM-split-seedN{DISTINGUISHED})"),
     click.option("--python", is_flag=True,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from flexsat.parameters import RUN_DURATION
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, out_option, record_option, stop_time_option
 from lockstep.cli.outcome import keep_table, remark, wrote
@@ -34,7 +35,7 @@ examples:
 @click.option("--scenario", type=OneOf(SCENARIOS), multiple=True, metavar="NAME",
               help="slew, fine_pointing or fine_pointing_open_loop (default: the first two)")  # fmt: skip
 @seed_option
-@stop_time_option(300.0)
+@stop_time_option(RUN_DURATION)
 @record_option
 @out_option(f"results folder (default: results/equivalence{DISTINGUISHED})")
 @fmus_option

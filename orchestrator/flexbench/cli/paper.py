@@ -8,6 +8,7 @@ from time import perf_counter
 
 import click
 
+from flexsat.parameters import RUN_DURATION
 from lockstep.cli.command import command
 from lockstep.cli.options import DISTINGUISHED, jobs_option, out_option, stop_time_option
 from lockstep.cli.outcome import remark, show_table, wrote
@@ -27,7 +28,7 @@ example:
 @click.option("--as-published", is_flag=True, help="only with the errors of the published release")
 @click.option("--corrected", is_flag=True, help="only without them (default: both)")
 @seeds_option(1)
-@stop_time_option(300.0)
+@stop_time_option(RUN_DURATION)
 @out_option(f"results folder (default: results/paper{DISTINGUISHED})")
 @fmus_option
 @jobs_option

@@ -18,6 +18,7 @@ from flexsat.runtime.missions.mode_logic import ACTIONS, MODES
 from lockstep import System
 from lockstep.plan.timeline import timeline_lines
 from lockstep.plan.timeline_svg import timeline_svg
+from lockstep.system.clock import seconds
 
 from ..html.document import Block, Heading, Listing, Paragraph, Picture, Table
 from .contents import TIMELINE_FILE, TIMELINE_TICKS, component_blocks, units_table
@@ -64,8 +65,8 @@ def mission_icd_blocks(
     ]
     ranges = {design.config.name: _ranges(design)}
     for component, ports in tables.items():
-        seconds = next(1e-9 * float(one.period) for one in system.components if one.name == component)
-        rows = rows_of(component, {design.config.name: ports}, ranges, seconds, partial(_partner, system, component))
+        step = next(seconds(one.period) for one in system.components if one.name == component)
+        rows = rows_of(component, {design.config.name: ports}, ranges, step, partial(_partner, system, component))
         blocks += component_blocks(component, _role(TEXTS[component]), rows)
     wheels = [row[: len(WHEEL_COLUMNS)] for row in device_rows(design).wheels]
     thrusters = [[str(k), *(f"{x:g}" for x in (*place, *along))]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from flexsat.parameters import RUN_DURATION, Slew
+from flexsat.parameters import Slew
 from flexsat.variants import CORRECTED, Variant
 from lockstep.errors import InputError
 
@@ -13,8 +13,6 @@ ScenarioName = Literal["slew", "fine_pointing", "fine_pointing_open_loop"]
 SCENARIOS: tuple[ScenarioName, ...] = ("slew", "fine_pointing", "fine_pointing_open_loop")
 Value = float | int | bool
 Parameters = dict[str, dict[str, Value | tuple[float, ...]]]  # component, then port
-
-DURATION = RUN_DURATION
 
 
 def scenario_parameters(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from flexsat.closed_loop import PORTS
 from flexsat.design.chain import Designs
-from flexsat.parameters import ConfigurationName
+from flexsat.parameters import RUN_DURATION, ConfigurationName
 from flexsat.ports.plant import JITTER
 from flexsat.ports.sensors import MEASUREMENTS, TRUTH
 from flexsat.ports.table import Naming, Port
@@ -17,7 +17,7 @@ from lockstep import Component, Connection, System, write_ssd
 from lockstep.system.clock import Time, common_divisor, nanoseconds
 from lockstep.system.system import SystemPort
 
-from .scenarios import DURATION, SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
+from .scenarios import SCENARIOS, ScenarioName, scalar_overrides, scenario_parameters
 
 NANOSECOND = 1e-9
 CLOSED = "closed"  # folder of the systems without connectors to the outside
@@ -161,7 +161,7 @@ def build_system(designs: Designs, scenario: ScenarioName, folder: Path, naming:
         tick=base_tick(designs),
         components=tuple(components),
         connections=connections(designs, naming),
-        stop_time=round(DURATION / NANOSECOND),
+        stop_time=round(RUN_DURATION / NANOSECOND),
         record=recorded(designs, naming),
         record_period=periods["controller"],  # the samples that the cost is summed over
         strict_inputs=True,

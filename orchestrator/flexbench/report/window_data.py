@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexsat.arrays import Array
+from lockstep.system.clock import SAME_TIME
 
 from .history_data import FLOAT, History, encode, time_base
 
 BEFORE, AFTER = 0.5, 1.5  # s of a window, about an event: some periods of the modes that a slew excites
 LAST = 2.0  # s at the end of the run, where errors have settled
 MOST_WINDOWS = 6
-SAME = 1e-9  # s, for times that are sums
 SHOWN = {"slew": "slew begins", "end": "slew ends"}  # window by text of a mark
 
 
@@ -30,7 +30,7 @@ class FullRate:
 
     def rows(self, time: Array) -> NDArray[np.intp]:
         """Return the recorded rows in the window."""
-        return np.flatnonzero((time >= self.begin - SAME) & (time <= self.end + SAME))
+        return np.flatnonzero((time >= self.begin - SAME_TIME) & (time <= self.end + SAME_TIME))
 
 
 def windows_about(marks: Sequence[Mapping[str, Any]], time: Array) -> list[FullRate]:

@@ -14,6 +14,7 @@ from flexsat.runtime.controller_parameters import CAPTURE_ANGLE
 from flexsat.runtime.rotations import rotate_mrp
 from lockstep import InputError, load_system
 from lockstep.results.run_record import RUN
+from lockstep.system.clock import SAME_TIME
 
 ROTATION = tuple(f"command.rotation[{axis}]" for axis in (1, 2, 3))
 START_TIME = "command.start_time"
@@ -75,5 +76,5 @@ def commanded_attitude(time: Array, command: Command | None, initial: Array) -> 
     base = initial if far else np.zeros(3)
     attitude = np.tile(base, (len(time), 1))
     if command is not None:
-        attitude[time >= command.time - 1e-9] = rotate_mrp(base.tolist(), command.rotation)
+        attitude[time >= command.time - SAME_TIME] = rotate_mrp(base.tolist(), command.rotation)
     return attitude

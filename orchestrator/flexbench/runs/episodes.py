@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from lockstep.results.monitor import Found
+from lockstep.system.clock import SAME_TIME
 
 HOLD = 1.0  # s that it must be over before an episode ends: what comes back sooner belongs to it
 
@@ -121,14 +122,11 @@ class Slices:
             edges = [self._edge(k) for k in range(max(0, self._done - self._keep), self._done + 1)]
             places = np.searchsorted(self._time, edges)
             rows = [self._values[a:b] for a, b in pairwise(places)]
-            yield edges[-1] + _ROUNDING, rows
+            yield edges[-1] + SAME_TIME, rows
             oldest = np.searchsorted(self._time, self._edge(max(0, self._done + 1 - self._keep)))
             self._time, self._values = self._time[oldest:], self._values[oldest:]
 
     def _edge(self, number: int) -> float:
         """Return the time before which a slice ends, less what times of rows are rounded by."""
         assert self._start is not None
-        return self._start + number * self.duration - _ROUNDING
-
-
-_ROUNDING = 1e-9  # s
+        return self._start + number * self.duration - SAME_TIME

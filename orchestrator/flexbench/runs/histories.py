@@ -8,6 +8,7 @@ from flexsat.arrays import Array
 from flexsat.runtime.rotations import error_angle, error_rotation
 from lockstep import Signals
 from lockstep.errors import InputError
+from lockstep.system.clock import SAME_TIME
 
 from .flown_design import FlownDesign
 
@@ -123,7 +124,7 @@ def controller_rows(signals: Signals, design: FlownDesign) -> slice:
         raise InputError("LQR cost: the run's controller has no period of a regulator")
     interval = float(signals.time[1] - signals.time[0]) if len(signals.time) > 1 else period
     stride = round(period / interval)
-    if stride < 1 or abs(stride * interval - period) > 1e-9:
+    if stride < 1 or abs(stride * interval - period) > SAME_TIME:
         raise InputError(
             f"record period {interval:.9g} s: must divide the controller's period of {period:.9g} s, to sum its cost"
         )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND
+from lockstep.system.clock import SAME_TIME
 
 from .slews import Slew
 
@@ -17,7 +18,6 @@ TRANSIENT = 150.0  # s from the start of a run without a slew: P evaluates t > 1
 # rad: the pointing error has settled when it stays below; half the noise of the star tracker, 5 times that of the
 # fine guidance sensor, so that the noise of a loop that works stays inside
 COARSE_BAND, FINE_BAND = 5.0 * ARCSECOND, 0.5 * ARCSECOND
-_HALF_ROW = 1e-9  # s, for times that are sums
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Window:
         """Return which rows belong to the window."""
         inside = np.zeros(len(time), bool)
         for begin, end in self.spans:
-            inside |= (time >= begin - _HALF_ROW) & (time < end - _HALF_ROW)
+            inside |= (time >= begin - SAME_TIME) & (time < end - SAME_TIME)
         return inside
 
     @property
@@ -56,7 +56,7 @@ def settling_time(time: Array, error: Array, since: float, band: float) -> float
 
     Zero if it never leaves the band from `since` on; None if it is outside at the end, or nothing was recorded.
     """
-    rows = np.flatnonzero(time >= since - _HALF_ROW)
+    rows = np.flatnonzero(time >= since - SAME_TIME)
     if not len(rows):
         return None
     outside = rows[~(error[rows] <= band)]  # the negation also counts NaN
@@ -110,7 +110,7 @@ def windows_of(
     if faults:
         first = min(begin for begin, _ in faults)
         ends = [last if end is None else end for _, end in faults]
-        before = time < first - _HALF_ROW
+        before = time < first - SAME_TIME
         known = [slew for slew in slews if slew.start < first]
         start = steady_since(time[before], error[before], known, band) if np.any(before) else None
         word = "fault" if len(faults) == 1 else "faults"

@@ -15,6 +15,7 @@ from lockstep.errors import InputError, compact
 from lockstep.results.read import Signals, read_signals
 from lockstep.results.read_run_record import read_run_record
 from lockstep.shadow.ports import ORIGINAL, RESIDUAL, SHADOW
+from lockstep.system.clock import SAME_TIME
 
 NEIGHBOURS = 1.0  # s before and after the switchover, whose steps are compared with the one at it
 LARGEST_LAG = 200  # rows
@@ -174,7 +175,7 @@ def jump(signals: Signals, recorded: ShadowRun) -> Jump | None:
     """Return the step at the switchover and those around it; None without a switchover, or with no row before it."""
     if recorded.switchover is None:
         return None
-    row = int(np.searchsorted(signals.time, recorded.switchover - 1e-9))
+    row = int(np.searchsorted(signals.time, recorded.switchover - SAME_TIME))
     if row == 0:
         return None
     acting, original, shadow = (recorded.matrix(signals, prefix) for prefix in ("", ORIGINAL, SHADOW))

@@ -11,6 +11,7 @@ from lockstep.plain_values import plain_whole
 Time = int | Fraction  # [ns]; a Fraction only where it is not whole, such as 1/60 s
 
 _SECOND = 10**9  # [ns]
+SAME_TIME = 1e-9  # [s]: times of rows that differ by less are the same; sums of periods are rounded
 _LONGEST = 9_200_000_000  # [s]: 64 bits of nanoseconds, 292 years
 _FRACTION = re.compile(r"\s*([+-]?\d+)\s*/\s*(\d+)\s*", re.ASCII)
 _DECIMALS = range(12, 31)  # digits after the point of a number that may be a rounded fraction

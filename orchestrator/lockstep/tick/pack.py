@@ -43,6 +43,9 @@ _CALLS = {"values": Kind.VALUES, "arrays": Kind.ARRAYS, "step_1": Kind.STEP_1, "
           "step_3": Kind.STEP_3}  # fmt: skip
 _RECORDS = {"Real": Kind.RECORD_REALS, "Integer": Kind.RECORD_INTEGERS, "Boolean": Kind.RECORD_INTEGERS,
             "Int64": Kind.RECORD_WIDE, "UInt64": Kind.RECORD_WIDE}  # fmt: skip
+_GATHERS = {4: Kind.GATHER_4, 8: Kind.GATHER_8}  # by the bytes of a value
+_SCATTERS = {4: Kind.SCATTER_4, 8: Kind.SCATTER_8}
+_SHORTEST_RUN = 8  # neighbours on the average; shorter runs are copied value by value
 
 
 @dataclass(slots=True, kw_only=True)
@@ -198,11 +201,6 @@ def _move_kind(move: Move) -> Kind:
     if widths[0] != widths[1]:
         return Kind.NARROW if move.scatter else Kind.WIDEN
     return (_SCATTERS if move.scatter else _GATHERS)[widths[0]]
-
-
-_GATHERS = {4: Kind.GATHER_4, 8: Kind.GATHER_8}
-_SHORTEST_RUN = 8  # of neighbours, on the average, that are copied each by itself
-_SCATTERS = {4: Kind.SCATTER_4, 8: Kind.SCATTER_8}
 
 
 def _runs(index: NDArray[np.intp]) -> list[tuple[int, int, int]] | None:

@@ -16,6 +16,7 @@ import lockstep
 from flexsat.arrays import Array
 from lockstep.fmi.temporary_folder import temporary_folder
 from lockstep.processes.cpu_affinity import own_thread
+from lockstep.system.clock import SAME_TIME
 
 from ...engine.content import File
 from ..flight import Flown, options_of
@@ -90,7 +91,7 @@ def fly_branch(branch: BranchOrder, paths: Mapping[File, Path]) -> Flown:
     ticks = np.rint((signals.time - begin) / run.tick).astype(np.int64)
     rows = ticks >= lineage[-1][0]
     if not isinstance(source.window, str):
-        rows &= (signals.time >= source.window[0] - 1e-9) & (signals.time < source.window[1] + 1e-9)
+        rows &= (signals.time >= source.window[0] - SAME_TIME) & (signals.time < source.window[1] + SAME_TIME)
     values = np.asarray(signals[source.of], dtype=float)
     values = values if values.ndim == 1 else np.linalg.norm(values, axis=1)
     path = path_of(ticks[rows], branch.sign * values[rows])

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexsat.arrays import Array
 from lockstep import InputError
+from lockstep.system.clock import SAME_TIME
 
 from ...runs import histories
 from ...runs.metrics import SETTLED_FROM
@@ -90,7 +91,7 @@ def since_default(run: Run, time: Array, since: float | None, settled: float | N
         since = settled
     elif since is None:
         since = SETTLED_FROM if time[-1] >= SHORT - 1.5 * interval else 0.5 * float(time[-1] + interval)
-    first = int(np.searchsorted(time, since - 1e-9))
+    first = int(np.searchsorted(time, since - SAME_TIME))
     if not since >= 0.0 or len(time) - first < 2:
         raise InputError(f"--from {since:g}: must be a time from 0 s to before the end of the run, {time[-1]:g} s")
     return float(time[first]), first, interval

@@ -16,6 +16,7 @@ from scipy.signal import detrend
 
 from flexsat.parameters import ARCSECOND
 from lockstep import Component, Connection, InputError, System, read_signals, simulate
+from lockstep.system.clock import seconds
 from lockstep.system.component import Value
 from lockstep.system.sums import Sums
 
@@ -80,9 +81,9 @@ def changed_system(loop: SystemLoop, change: Change) -> System:
         For a delay that is no whole number of ticks.
     """
     system = loop.system
-    ticks = change.delay * 1e9 / system.tick
+    ticks = change.delay / seconds(system.tick)
     if abs(ticks - round(ticks)) > 1e-6:
-        raise InputError(f"{change.title}: the delay must be a whole multiple of the tick, {system.tick * 1e-9:g} s")
+        raise InputError(f"{change.title}: the delay must be a whole multiple of the tick, {seconds(system.tick):g} s")
     wires = loop_channels(system, loop.controller, loop.plant)
     if not change.phase:
         late = {w: replace(w, factor=change.gain * w.factor, delay=w.delay + round(ticks)) for w in wires}

@@ -18,11 +18,11 @@ from flexsat.variants import VARIANT_PORT, chosen_by
 from lockstep import InputError, System
 from lockstep.fmi.model_description import read_description
 from lockstep.fmi.parameter_values import parse_value
+from lockstep.system.clock import seconds
 from lockstep.system.component import Value
 
 from ...loop.loop_parts import loop_parts
 from ...loop.spacecraft import designs_for
-from ...loop.systems import NANOSECOND
 from .analysis import AXES
 from .designed_loop import Delays, DesignedLoop
 from .injection import loop_channels
@@ -61,7 +61,7 @@ class SystemLoop:
     @property
     def period(self) -> float:
         """Period of the controller [s]."""
-        return self.system.component(self.controller).period * NANOSECOND
+        return seconds(self.system.component(self.controller).period)
 
 
 def weakest(design: Design) -> float:
@@ -193,7 +193,7 @@ def _delays(system: System, controller: str, plant: str, sampling: float) -> Del
 
     What the plant's outputs are older than the moment delays the loop as much as its input does.
     """
-    tick = system.tick * NANOSECOND
+    tick = seconds(system.tick)
     late = {
         ends: max((c.delay for c in system.connections if (c.from_component, c.to_component) == ends), default=0)
         for ends in {(c.from_component, c.to_component) for c in system.connections}

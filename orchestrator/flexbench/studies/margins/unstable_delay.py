@@ -11,6 +11,7 @@ from scipy.signal.windows import blackmanharris
 
 from flexsat.arrays import Array
 from lockstep import InputError, System
+from lockstep.system.clock import seconds
 from lockstep.system.component import Value
 
 from .injection import NAME, open_loop_at, record_injection
@@ -92,7 +93,7 @@ def destabilising_delay(
     if peak is None:
         raise InputError("amplitude: not known for this plant; give one in the unit of its inputs")
     fine = fine_system(loop)
-    tick = FINE_TICK * 1e-9
+    tick = seconds(FINE_TICK)
     given = replace(loop, quiet={**(overrides or {}), **loop.quiet})
     done: dict[int, Growth] = {}
 

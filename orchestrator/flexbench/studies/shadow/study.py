@@ -11,6 +11,7 @@ from flexsat.arrays import Array
 from flexsat.parameters import ARCSECOND
 from lockstep import InputError, Signals
 from lockstep.shadow.residual import Jump, Residual, ShadowRun, jump, read_shadow_run, residuals
+from lockstep.system.clock import SAME_TIME
 
 from ...runs import histories
 from ...runs.flown_design import FlownDesign
@@ -115,7 +116,7 @@ def study(run: Run, since: float | None = None, window: float | None = None) -> 
         )  # fmt: skip
     blended = recorded.switchover + recorded.blend
     room = min(recorded.switchover - since, recorded.end - blended)
-    if window is not None and not 0.0 < window <= room + 1e-9:
+    if window is not None and not 0.0 < window <= room + SAME_TIME:
         raise InputError(
             f"--window {window:g}: must be > 0 and at most {max(room, 0.0):g} s, the room before the switchover at "
             f"{recorded.switchover:g} s and after the blend, which ends at {blended:g} s"

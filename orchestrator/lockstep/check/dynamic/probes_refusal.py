@@ -14,8 +14,6 @@ from lockstep.fmi.slave import status_name as name_of_status
 
 BAD_REFERENCE = 4_000_000_007  # no model has so many variables
 FRACTION = 1.5  # of the fixed step
-
-
 _DOUBLE = {"1.0": "Real", "2.0": "Real", "3.0": "Float64"}
 _KINDS = {
     version: ((_DOUBLE[version], c_double), (integer, c_int), ("Boolean", boolean), ("String", c_char_p))
