@@ -41,12 +41,12 @@ RunScript = Callable[..., Any]
 
 
 IMPORTED = ("flexbench.cli.parser", "flexbench.loop.build", "flexbench.report.paper_pages", "flexsat.closed_loop",
-            "lockstep.simulation", "lockstep.check.check_fmu")  # fmt: skip
+            "lockstep.simulation", "lockstep.check.check_fmu", "robust_designs")  # fmt: skip
 
 
 @pytest.fixture(scope="session")
 def copies() -> Iterator[Copies]:
-    """Return a process that has imported the packages, whose copies run programs."""
+    """Return a process that has imported the packages and made the designs, whose copies run programs."""
     started = Copies(IMPORTED, os.environ | ENVIRONMENT)
     yield started
     started.close()
