@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom
 
 from flexsat.arrays import Array
 
@@ -50,6 +49,8 @@ def ranks(count: int, share: float, confidence: float = CONFIDENCE) -> tuple[int
     Conover (1999), Practical Nonparametric Statistics, 3rd ed., section 3.2. `scipy.stats.quantile_test` has the same
     interval, but sorts the sample for each percentile.
     """
+    from scipy.stats import binom  # here, as margins and health need CONFIDENCE alone and start without it
+
     tail = 0.5 * (1.0 - confidence)
     low, high = int(binom.ppf(tail, count, share)), int(binom.isf(tail, count, share)) + 1
     return (low if low >= 1 else None), (high if high <= count else None)

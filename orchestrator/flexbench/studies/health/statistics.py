@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, gammaincinv, ndtri
 
 from flexsat.arrays import Array
 
@@ -42,7 +42,8 @@ def average(squares: Array, freedom: int) -> Average:
     """Return the mean of normalised squares, (k,), per degree of freedom, with bounds for independent samples."""
     count = len(squares)
     total = freedom * count
-    low, high = (chi2.ppf(share, total) / total for share in (0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)))
+    shares = (0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE))
+    low, high = (2.0 * gammaincinv(0.5 * total, share) / total for share in shares)  # of chi-square
     return Average(value=float(np.mean(squares)) / freedom, low=float(low), high=float(high), freedom=freedom,
                    samples=count)  # fmt: skip
 
@@ -56,11 +57,11 @@ def autocorrelation(series: Array, lags: int) -> Array:
 
 def whiteness_bound(count: int) -> float:
     """Return what an autocorrelation of `count` white samples exceeds in magnitude at 5 % of the lags."""
-    return float(norm.ppf(0.5 * (1.0 + CONFIDENCE)) / np.sqrt(count))
+    return float(ndtri(0.5 * (1.0 + CONFIDENCE)) / np.sqrt(count))
 
 
 def portmanteau(correlation: Array, count: int) -> Array:
     """Return the Ljung-Box p-value of each column of autocorrelations (lags, m) of `count` samples, (m,)."""
     lags = np.arange(1, len(correlation) + 1)[:, None]
     statistic = count * (count + 2) * np.sum(correlation**2 / (count - lags), axis=0)
-    return np.asarray(chi2.sf(statistic, len(correlation)))
+    return np.asarray(chdtrc(len(correlation), statistic))

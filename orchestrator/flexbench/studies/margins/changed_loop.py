@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import detrend
 
 from flexsat.parameters import ARCSECOND
 from lockstep import Component, Connection, InputError, System, read_signals, simulate
@@ -155,6 +154,8 @@ def fly(
         record_period=loop.period,
         overwrite=True,
     )
+    from scipy.signal import detrend  # here, as it takes longer to import than a table of stability
+
     signals = read_signals(folder)
     count = round(window / loop.period)
     changes = np.diff(np.column_stack([signals[name] for name in recorded]), axis=0)[-2 * count :]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from flexsat.arrays import Array, Complex
 from lockstep.errors import InputError
@@ -100,7 +100,7 @@ def estimate_loop(
     everyone = np.arange(periods, dtype=np.intp)
     together, single = loops(everyone)
     replicas = [loops(everyone[everyone != left_out]) for left_out in everyone]
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, periods - 1))
+    quantile = float(stdtrit(periods - 1, 0.5 + 0.5 * CONFIDENCE))
     coherence, coherence_together = _coherence(makes @ back, makes @ inputs)
     measured = MeasuredLoop(
         frequency=multisine.frequency,
@@ -208,7 +208,7 @@ def measured_margins(measured: MeasuredLoop, replicas: Sequence[Replica], which:
     column = None if which == TOGETHER else measured.names.index(which)
     picked = [together if column is None else single[:, column] for together, single in replicas]
     others = [loop_margins(frequency, replica[keep], measured.period) for replica in picked]
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, measured.periods - 1))
+    quantile = float(stdtrit(measured.periods - 1, 0.5 + 0.5 * CONFIDENCE))
     straight = loop_margins(frequency, response[keep], measured.period, straight=True)
     uncertainty = {}
     for item in fields(Margins):

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.signal.windows import blackmanharris
 
 from flexsat.arrays import Array
 from lockstep import InputError, System
@@ -163,6 +162,8 @@ def growth_of(
     lowest : [Hz]; slower motion is left out; None for LOWEST periods in a window
     repeats : period of the slowest sampler [s], at multiples of whose rate slow motion appears too; None: not
     """
+    from scipy.signal.windows import blackmanharris  # here, as most margins are found without it
+
     count = len(signals) // 2
     slowest = LOWEST / (count * sample) if lowest is None else lowest
     taper = blackmanharris(count)[:, None]  # slow motion leaks less than 1e-4 of its size into any line
