@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..fixed_order import product
 
 TAYLOR_TERMS = 18  # with the norm scaled below 1/2 the remainder is under 2^-18/18! < 1e-21
+SMALL = 32  # states that are sampled together although they do not act on each other: tiny products take as long
 
 
 def transition(a: Array, period: float) -> tuple[Array, Array]:
@@ -16,10 +19,35 @@ def transition(a: Array, period: float) -> tuple[Array, Array]:
     By scaling, Taylor polynomials, and squaring: both double together. The plant and the controller need it at run
     time, where scipy is not available; the test compares it with scipy's exponential of the augmented matrix,
     which is slower, as that matrix is larger than a. Relative error: a few units of rounding times the number of
-    squarings.
+    squarings. States that do not act on each other are sampled apart, to the same bits: the other terms are zeros.
     """
+    count = _squarings(a, period)
+    exponential, integral = _in_groups(a, lambda part: _sampled(part, period, count))
+    return exponential, integral
+
+
+def transition_and_half(a: Array, period: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return the transition over a period and that over half of it: the first is the square of the second.
+
+    Both have the bits of `transition`, of whose last squaring they are the two sides.
+    """
+    count, count_of_half = _squarings(a, period), _squarings(a, 0.5 * period)
+
+    def sampled(part: Array) -> tuple[Array, ...]:
+        half = _sampled(part, 0.5 * period, count_of_half)
+        whole = _doubled(*half) if count else _sampled(part, period, 0)  # without squarings both are polynomials
+        return (*whole, *half)
+
+    exponential, integral, half_exponential, half_integral = _in_groups(a, sampled)
+    return (exponential, integral), (half_exponential, half_integral)
+
+
+def _squarings(a: Array, period: float) -> int:
     norm = period * float(np.linalg.norm(a, 1))
-    squarings = max(0, int(np.ceil(np.log2(norm))) + 1) if norm > 0.0 else 0
+    return max(0, int(np.ceil(np.log2(norm))) + 1) if norm > 0.0 else 0
+
+
+def _sampled(a: Array, period: float, squarings: int) -> tuple[Array, Array]:
     step = period / 2.0**squarings
     scaled = step * a
     term = np.eye(len(a))
@@ -34,18 +62,39 @@ def transition(a: Array, period: float) -> tuple[Array, Array]:
     return exponential, integral
 
 
-def transition_and_half(a: Array, period: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return the transition over a period and that over half of it: the first is the square of the second.
-
-    Both have the bits of `transition`, of whose last squaring they are the two sides.
-    """
-    half = transition(a, 0.5 * period)
-    squared = 0.5 * period * float(np.linalg.norm(a, 1)) > 0.25  # otherwise both are polynomials
-    return _doubled(*half) if squared else transition(a, period), half
-
-
 def _doubled(exponential: Array, integral: Array) -> tuple[Array, Array]:
     return product(exponential, exponential), integral + product(exponential, integral)
+
+
+def _in_groups(a: Array, sample: Callable[[Array], tuple[Array, ...]]) -> list[Array]:
+    """Return the matrices of all states from those that `sample` gives for groups that do not act on each other."""
+    if len(a) <= SMALL or len(groups := _groups(a)) == 1:
+        return list(sample(a))
+    parts = [sample(a[np.ix_(group, group)]) for group in groups]
+    whole = [np.zeros_like(a) for _ in parts[0]]
+    for group, matrices in zip(groups, parts, strict=True):
+        for target, matrix in zip(whole, matrices, strict=True):
+            target[np.ix_(group, group)] = matrix
+    return whole
+
+
+def _groups(a: Array) -> list[Index]:
+    """Return the states in groups; those that act on each other in ascending order, in which products add terms."""
+    linked = (a != 0.0) | (a.T != 0.0) | np.eye(len(a), dtype=bool)
+    first, before = np.arange(len(a)), np.full(len(a), -1)  # the first state that each is linked with
+    while not np.array_equal(first, before):
+        before = first
+        first = np.where(linked, first, len(a)).min(axis=1)
+        first = first[first]
+    groups, few = [], np.zeros(0, dtype=np.intp)
+    for name in np.unique(first):
+        members = np.flatnonzero(first == name)
+        if len(members) < SMALL:
+            few = members = np.concatenate([few, members])
+        if len(members) >= SMALL:
+            groups.append(members)
+            few = few[:0] if members is few else few
+    return [*groups, few] if len(few) else groups
 
 
 def matrix_exponential(matrix: Array) -> Array:

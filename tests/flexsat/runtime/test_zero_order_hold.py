@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
+from flexsat.runtime import zero_order_hold as module
 from flexsat.runtime.zero_order_hold import matrix_exponential, transition, transition_and_half, zero_order_hold
 
 
@@ -85,3 +86,34 @@ def test_a_period_and_its_half_have_the_bits_of_each_alone(norm):
 
     for pair, alone in zip(together, (transition(a, period), transition(a, 0.5 * period)), strict=True):
         np.testing.assert_array_equal(pair, alone)
+
+
+def scattered(sizes, seed=3):
+    """Return a matrix of systems that do not act on each other, one of them a chain, their states mixed up."""
+    random, total = np.random.default_rng(seed), sum(sizes)
+    a, start = np.zeros((total, total)), 0
+    for size in sizes:
+        block = slice(start, start + size)
+        a[block, block] = random.standard_normal((size, size)) / np.sqrt(size)
+        start += size
+    chain = slice(total - sizes[-1], total)
+    a[chain, chain] = np.diag(random.standard_normal(sizes[-1] - 1), k=1)  # acts in one direction
+    order = random.permutation(total)
+    return a[np.ix_(order, order)]
+
+
+@pytest.mark.parametrize("sizes", [(module.SMALL + 1, module.SMALL + 8, 1, 2, 9), (2,) * 40 + (5,), (70, 4)])
+@pytest.mark.parametrize("period", [0.1, 3.0])
+def test_states_that_do_not_act_on_each_other_are_sampled_apart_to_the_same_bits(monkeypatch, sizes, period):
+    a = scattered(sizes)
+
+    apart = [*transition(a, period), *(part for pair in transition_and_half(a, period) for part in pair)]
+
+    groups = module._groups(a)
+    assert sorted(np.concatenate(groups)) == list(range(len(a)))
+    assert 1 < len(groups) <= len(sizes)
+    assert max(map(len, groups)) <= max(*sizes, 2 * module.SMALL)
+    assert_allclose(apart[0], expm(period * a), atol=1e-12)  # as of random matrices above
+    monkeypatch.setattr(module, "SMALL", len(a))  # all together
+    together = [*transition(a, period), *(part for pair in transition_and_half(a, period) for part in pair)]
+    assert [part.tobytes() for part in apart] == [part.tobytes() for part in together]
