@@ -14,6 +14,7 @@ from types import FrameType
 from typing import NoReturn
 
 _SAME = 1.0  # [s] within which two signals are one Ctrl-C
+PATIENCE = 0.8  # [s] from Ctrl-C on for calls under way: they are ended before a second Ctrl-C counts
 _OTHERS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 ENDING = (signal.SIGINT, *_OTHERS)  # signals that end a run
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
+LINE_INTERVAL = 5.0  # [s] of wall time between two lines of progress where there is no terminal
 _CONTROLS = {"Cc", "Cf", "Cs", "Zl", "Zp"}  # of Unicode: they act on a terminal, reverse the text, or break the line
 
 

@@ -6,11 +6,10 @@ import numpy as np
 import scipy
 
 from ..fixed_order import on_grid
-from ..spacecraft.assembly import Spacecraft
+from ..spacecraft.assembly import RIGID, Spacecraft
 from ..structure.modes import degenerate_pairs, turn_pair
 from ..structure.refinement import Eigenpairs, refine
 
-RIGID = 6  # modes of the whole spacecraft without stiffness, and coordinates of the rigid body
 ABOUT_X = 3  # of (v, w, eta')
 
 

@@ -26,6 +26,8 @@ from .flexible import node_of, structure_of
 from .rigid_bus import join
 from .turning import Turning, turned_axes, turning_of, turns_of
 
+RIGID = 6  # coordinates of the rigid body, and modes of the free spacecraft without stiffness
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, make_read_only
-from .assembly import Spacecraft
+from .assembly import RIGID, Spacecraft
 from .wheel_speeds import harmonic_imbalance, imbalance_response
 
-RIGID = 6
 REDUCED = 2.0  # modes further away than this factor change a frequency by less than 2e-4 of it
 GRID = 24  # speeds at which modes are computed; their frequencies are taken as straight between
 

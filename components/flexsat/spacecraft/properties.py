@@ -8,9 +8,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from .assembly import Spacecraft
+from .assembly import RIGID, Spacecraft
 
-RIGID = 6  # modes of the free spacecraft without stiffness
 PARALLEL = 1e-9  # sine of the angle below which two axes are one
 
 

@@ -16,6 +16,7 @@ from flexsat.ports.table import Port
 from flexsat.ports.thrusters import DIRECTIONS, POSITIONS
 from flexsat.runtime.missions.mode_logic import ACTIONS, MODES
 from lockstep import System
+from lockstep.array_names import stem
 from lockstep.plan.timeline import timeline_lines
 from lockstep.plan.timeline_svg import timeline_svg
 from lockstep.system.clock import seconds
@@ -100,10 +101,6 @@ def _ranges(design: Design) -> dict[str, Range]:
     }
 
 
-def _base(name: str) -> str:
-    return name.partition("[")[0]
-
-
 def _latency(delay: int) -> str:
     return "same tick" if delay == 0 else f"{delay} tick{'s' if delay > 1 else ''}"
 
@@ -113,7 +110,7 @@ def _wires(system: System, components: frozenset[str]) -> list[tuple[str, str, s
     found: dict[tuple[str, str, int], dict[str, None]] = {}
     for one in system.connections:
         if components & {one.from_component, one.to_component}:
-            output, into = _base(one.output), _base(one.input)
+            output, into = stem(one.output), stem(one.input)
             pair = found.setdefault((one.from_component, one.to_component, one.delay), {})
             pair[output if output == into else f"{output} to {into}"] = None
     return [(source, target, ", ".join(names), _latency(delay)) for (source, target, delay), names in found.items()]
@@ -122,8 +119,8 @@ def _wires(system: System, components: frozenset[str]) -> list[tuple[str, str, s
 def _partner(system: System, component: str, port: Port) -> str:
     ends: dict[str, None] = {}
     for one in system.connections:
-        if port.causality == "input" and (one.to_component, _base(one.input)) == (component, port.name):
-            ends[f"{one.from_component}.{_base(one.output)} ({_latency(one.delay)})"] = None
-        if port.causality == "output" and (one.from_component, _base(one.output)) == (component, port.name):
-            ends[f"{one.to_component}.{_base(one.input)} ({_latency(one.delay)})"] = None
+        if port.causality == "input" and (one.to_component, stem(one.input)) == (component, port.name):
+            ends[f"{one.from_component}.{stem(one.output)} ({_latency(one.delay)})"] = None
+        if port.causality == "output" and (one.from_component, stem(one.output)) == (component, port.name):
+            ends[f"{one.to_component}.{stem(one.input)} ({_latency(one.delay)})"] = None
     return "; ".join(ends) or {"input": "set by the user", "output": "recording"}.get(port.causality, "")

@@ -22,10 +22,10 @@ from lockstep.bundle.program_file import PROGRAM, program_bytes
 from lockstep.bundle.shown import shown
 from lockstep.errors import InputError
 from lockstep.fmi.platforms import PLATFORM
+from lockstep.fmi.safe_zip import UNIX
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip can hold
 _MODE = 0o100644 << 16  # a plain file, readable by all
-_UNIX = 3
 
 
 def bundle_bytes(contents: Contents, platforms: Sequence[str] = (), version: str = "2.0") -> bytes:
@@ -82,6 +82,6 @@ def _packed(files: Mapping[str, bytes]) -> bytes:
         # the model description first: tools read it without the rest
         for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
             info = zipfile.ZipInfo(name, _EPOCH)
-            info.external_attr, info.create_system, info.compress_type = _MODE, _UNIX, zipfile.ZIP_DEFLATED
+            info.external_attr, info.create_system, info.compress_type = _MODE, UNIX, zipfile.ZIP_DEFLATED
             archive.writestr(info, files[name])
     return memory.getvalue()

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockstep.adapter.bind import Binding, bind
-from lockstep.check.contract import Contract, named
+from lockstep.check.contract import ALL_NAMES, Contract, named
 from lockstep.check.report.finding import Finding, Status
 from lockstep.errors import InputError, RunError, compact
 from lockstep.fmi.model_description import Variable, read_description
 from lockstep.system.adapter_file import Adapter
 from lockstep.system.component import Component
 
-_ALL = 10_000  # names are folded, not cut
 # Runs an FMU behind its adapter as a component of a contract, by name: whether its conventions are right, and lines.
 Judge = Callable[[Path, Adapter, str], tuple[bool, Sequence[str]]]
 
@@ -71,10 +70,10 @@ def _lacking(contract: Contract, binding: Binding) -> list[str]:
 def _served(contract: Contract, binding: Binding, title: str) -> Finding:
     details = []
     for bound in (*binding.inputs, *binding.outputs):
-        ports, variables = (compact((v.name for v in group), _ALL) for group in (bound.ports, bound.variables))
+        ports, variables = (compact((v.name for v in group), ALL_NAMES) for group in (bound.ports, bound.variables))
         details.append(f"{bound.entry.direction} {ports} is {variables}")
     if binding.substitutes:
-        details.append(f"constant: {compact(binding.substitutes, _ALL)}")
+        details.append(f"constant: {compact(binding.substitutes, ALL_NAMES)}")
     count = sum(port.name in binding.shown for port in contract.ports)
     message = f"{contract.name}: {count} of {len(contract.ports)} ports"
     return _finding("contract.adapter", title, "pass", message, details)
@@ -84,10 +83,10 @@ def _missing(contract: Contract, binding: Binding) -> Finding:
     title = "contract ports that neither the FMU nor its adapter has"
     lacking = _lacking(contract, binding)
     if lacking:
-        message = f"the system needs {compact(lacking, _ALL)}; add an [[output]], or [substitutes]"
+        message = f"the system needs {compact(lacking, ALL_NAMES)}; add an [[output]], or [substitutes]"
         return _finding("contract.missing", title, "error", message)
     absent = [p.name for p in contract.ports if p.name not in binding.shown]
-    details = [f"optional, or not used: {compact(absent, _ALL)}"] if absent else []
+    details = [f"optional, or not used: {compact(absent, ALL_NAMES)}"] if absent else []
     return _finding("contract.missing", title, "info" if absent else "pass", "no output that the system needs", details)
 
 

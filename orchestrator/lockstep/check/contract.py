@@ -12,6 +12,7 @@ from lockstep.check.static.model import Model, ScalarVariable
 from lockstep.errors import InputError
 from lockstep.system.units import Unit, conversion, without_radian
 
+ALL_NAMES = 10_000  # for `compact`: names are folded, not cut, in the lists that an integrator works through
 _FEW = 3
 _NUMERIC = ("Real", "Integer", "Boolean", "Enumeration")
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lockstep.array_names import array_of
-from lockstep.check.contract import Contract, ContractMatch, ContractPort, Served, choose, compare
+from lockstep.check.contract import ALL_NAMES, Contract, ContractMatch, ContractPort, Served, choose, compare
 from lockstep.check.report.finding import Finding, Status
 from lockstep.check.static.model import Model
 from lockstep.errors import compact
-
-_ALL = 10_000  # names are folded, not cut: this is the list that an integrator works through
 
 
 def contract_findings(contracts: Sequence[Contract], model: Model, like: str | None) -> list[Finding]:
@@ -55,7 +53,7 @@ def _finding(
 def _direct(comparison: ContractMatch) -> Finding:
     contract, direct = comparison.contract, comparison.direct
     details = [
-        f"{causality}s: {compact([s.port.name for s in direct if s.port.causality == causality], _ALL)}"
+        f"{causality}s: {compact([s.port.name for s in direct if s.port.causality == causality], ALL_NAMES)}"
         for causality in ("output", "input", "parameter")
         if any(s.port.causality == causality for s in direct)
     ]
@@ -114,7 +112,7 @@ def _lines(missing: Sequence[tuple[ContractPort, str]]) -> list[str]:
     groups: dict[str, list[str]] = {}
     for port, why in missing:
         groups.setdefault(why, []).append(port.name)
-    return [compact(names, _ALL) + (f": {why}" if why else "") for why, names in groups.items()]
+    return [compact(names, ALL_NAMES) + (f": {why}" if why else "") for why, names in groups.items()]
 
 
 def _unfed(comparison: ContractMatch) -> Finding:
@@ -126,4 +124,4 @@ def _unfed(comparison: ContractMatch) -> Finding:
     details = [
         f"{name}: matches {offer} of the contract in number and unit" for name, offer in comparison.offers.items()
     ]
-    return _finding("contract.unfed", title, "warning", message, [compact(names, _ALL), *details])
+    return _finding("contract.unfed", title, "warning", message, [compact(names, ALL_NAMES), *details])

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 
-from lockstep.standard_streams import printable, unfiltered
+from lockstep.standard_streams import LINE_INTERVAL, printable, unfiltered
 
 
 @contextmanager
@@ -38,7 +38,7 @@ class ProbeProgress:
 
     def _read(self, file: Path) -> None:
         shown = ""
-        while not self._end.wait(0.2 if self._terminal else 5.0):
+        while not self._end.wait(0.2 if self._terminal else LINE_INTERVAL):
             with suppress(OSError, UnicodeDecodeError):
                 text = file.read_text(encoding="utf-8")
                 if text != shown:

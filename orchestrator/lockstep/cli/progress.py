@@ -14,9 +14,8 @@ from lockstep.run.loop_time import TABLE_HEADER
 from lockstep.run.real_time_pacing import Pacer
 from lockstep.simulation import Progress as Report
 from lockstep.simulation import RunSummary
-from lockstep.standard_streams import unfiltered
+from lockstep.standard_streams import LINE_INTERVAL, unfiltered
 
-_LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 _STATE, _PACE = len("86400.0 of 86400 s"), len(", 1000.0 x real time")
 
 
@@ -53,13 +52,13 @@ class _Lines:
     def __init__(self, title: str, stream: TextIO, begin: float, pacer: Pacer | None) -> None:
         self._title, self._stream, self._begin, self._pacer = title, stream, begin, pacer
         self._started = perf_counter()
-        self._next = self._started + _LINE_INTERVAL
+        self._next = self._started + LINE_INTERVAL
 
     def __call__(self, simulated: float, stop: float) -> None:
         now = perf_counter()
         if now < self._next and simulated < stop:
             return
-        self._next = now + _LINE_INTERVAL
+        self._next = now + LINE_INTERVAL
         elapsed = max(now - self._started, 1e-9)
         speed = (simulated - self._begin) / elapsed
         left = (stop - simulated) / speed if speed else 0.0

@@ -19,7 +19,7 @@ _SIZES = ("compress_size", "file_size")
 _LARGEST = 4 * 2**30  # bytes that one archive may unpack to
 _SUSPICIOUS, _DENSEST = 200_000_000, 100  # above so many bytes, at most so many times the packed size
 
-_UNIX = 3  # made on a file system with links
+UNIX = 3  # made on a file system with links
 _LOADED = ("binaries/", "resources/")  # what an FMU reads when it runs
 _SETTLED = 2.0  # [s] after which a file that changes has another time of change
 _MOST_KNOWN = 100  # digests that are kept
@@ -81,7 +81,7 @@ def extract(archive: zipfile.ZipFile, folder: Path, name: str) -> None:
     Raises InputError for links, and TemporaryFolderError if the folder is the culprit.
     """
     for member in archive.infolist():
-        linked = member.create_system == _UNIX and stat.S_ISLNK(member.external_attr >> 16)
+        linked = member.create_system == UNIX and stat.S_ISLNK(member.external_attr >> 16)
         if linked and member.filename.startswith(_LOADED):
             raise InputError(
                 f"{name}: {member.filename} is a symbolic link, which cannot be unpacked; pack the file itself"

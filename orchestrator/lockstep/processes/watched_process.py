@@ -12,7 +12,7 @@ from time import monotonic
 
 import psutil
 
-from lockstep.interrupt import Interrupt
+from lockstep.interrupt import PATIENCE, Interrupt
 from lockstep.operating_system import physical_memory, same_memory_layout
 from lockstep.processes.child_process import ChildProcess, ending, printed_lines
 from lockstep.processes.running_time import RunningTime
@@ -22,7 +22,6 @@ GIGABYTE = 2**30
 _INTERVAL = 0.05  # [s] between two looks at time and memory
 _MOST_PRINTED = 2**20  # bytes of what the FMU prints; then it is discarded
 _GRACE = 5.0  # [s] for a process that is ending
-_PATIENCE = 0.8  # [s] from Ctrl-C on for a call under way: ended before a second Ctrl-C counts (interrupt.py)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +94,7 @@ class WatchedProcess:
                     self._end_for(f"no answer within {self.limit:g} s")
             if self.interrupt.requested:
                 asked = asked or monotonic()
-                if since and monotonic() - max(since, asked) > _PATIENCE:
+                if since and monotonic() - max(since, asked) > PATIENCE:
                     self.interrupted = True
                     self.interrupt.end()  # from here on a second Ctrl-C does not disturb the closing of files
                     self._end_for("interrupted")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from lockstep.errors import InputError
 from lockstep.fmi.native_call import step_apart
+from lockstep.interrupt import PATIENCE
 from lockstep.operating_system import available_cores
 from lockstep.tick.bound_operations import action
 from lockstep.tick.operations import Begin, Block, Finish, Program, Step
@@ -18,7 +19,6 @@ from lockstep.tick.thread_choice import ThreadChoice
 from lockstep.tick.threads import Jobs
 
 MOST = 256
-_PATIENCE = 0.8  # [s] from Ctrl-C on for steps under way, as for those in processes of their own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +122,7 @@ class StepThreads:
             if isinstance(error, Exception) and self._state.begun and not self._in_order:
                 self._finish_earlier(self._state.time, with_values=True)
         finally:
-            self._jobs.settle(math.inf if isinstance(error, Exception) else _PATIENCE)
+            self._jobs.settle(math.inf if isinstance(error, Exception) else PATIENCE)
 
     def _begun_before(self) -> list[tuple[str, Block]]:
         """Return the steps under way of components before that at which the tick stopped, and what follows them."""

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from flexsat.description.built_in import configuration
 from flexsat.parameters import Modes
-from flexsat.spacecraft.assembly import build_spacecraft
-from flexsat.spacecraft.properties import RIGID, envelope, mode_table
+from flexsat.spacecraft.assembly import RIGID, build_spacecraft
+from flexsat.spacecraft.properties import envelope, mode_table
 
 ROUNDING = 1e-12
 PYRAMID = np.array([[1, 0, 1], [0, 1, 1], [-1, 0, 1], [0, -1, 1]]) / np.sqrt(2.0)

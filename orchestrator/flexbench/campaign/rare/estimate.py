@@ -23,6 +23,7 @@ from ..orders import prepare
 from ..progress import Counter, shown
 from ..result_file import ABOUT, write_results
 from ..statistics.subset_simulation import RareEvent
+from ..statistics.tables import finite
 from .event import Event, check_rare, parse_event
 from .runs import Branches, Chains, Runner
 
@@ -96,8 +97,8 @@ def as_plain(event: Event, found: RareEvent) -> dict[str, Any]:
         "probability": found.probability,
         "low": low,
         "high": high,
-        "coefficient_of_variation": _finite(found.deviation),
-        "coefficient_of_variation_most": _finite(found.deviation_most),
+        "coefficient_of_variation": finite(found.deviation),
+        "coefficient_of_variation_most": finite(found.deviation_most),
         "runs": found.runs,
         "reached": found.reached,
         "levels": [{**asdict(one), "threshold": _shown(event, one.threshold)} for one in found.levels],
@@ -132,10 +133,6 @@ def sentence(event: Event, found: RareEvent) -> str:
     low, high = found.bounds()
     return (f"{event.text}: probability {found.probability:.2g}, 95 % bounds {low:.2g} to {high:.2g}, coefficient of"
             f" variation {found.deviation:.2g}, {found.runs} runs.")  # fmt: skip
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _shown(event: Event, response: float) -> float:

@@ -13,7 +13,7 @@ from .designed_loop import DesignedLoop
 from .real_plant import MODE_COUNTS, Corner, Plants, Stability, stability
 
 GAINS = (-12.0, -6.0, -3.0, 0.0, 3.0, 6.0, 12.0)  # dB, on all inputs of the plant together
-LARGEST_GAIN = 100.0  # dB
+LARGEST_DECIBELS = 100.0
 STABLE = "stable"
 
 
@@ -26,8 +26,8 @@ class Grid:
 
     def __post_init__(self) -> None:
         for gain in self.gains:
-            if not abs(gain) <= LARGEST_GAIN:
-                raise InputError(f"--gains {gain:g}: must be from -{LARGEST_GAIN:g} to {LARGEST_GAIN:g} dB")
+            if not abs(gain) <= LARGEST_DECIBELS:
+                raise InputError(f"--gains {gain:g}: must be from -{LARGEST_DECIBELS:g} to {LARGEST_DECIBELS:g} dB")
 
     def counts(self, most: int) -> tuple[int, ...]:
         """Return the mode counts on a plant with so many modes.

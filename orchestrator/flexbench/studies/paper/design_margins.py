@@ -23,6 +23,7 @@ from lockstep.system.component import Value
 
 from ...engine.dispatch import dispatch
 from ...engine.fingerprint import fingerprint, of_system
+from ...engine.jobs import DONE
 from ...engine.pools import LocalPool, settings_of
 from ...engine.tasks import Task
 from ...loop.scenarios import ScenarioName
@@ -52,7 +53,6 @@ EXPLANATION = (
     " loop is 1."
 )
 LONGEST = 7200.0  # s, of one analysis, which shows no progress: a minute of an idle machine
-_DONE = "job.json"  # in a loop's folder, once it is complete: what it depends on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,14 +90,14 @@ def analyse_loop(system: Path, folder: Path, overrides: Mapping[str, Value]) -> 
     loaded = load_system(system)
     mark = fingerprint(of_system(loaded), dict(overrides), FOLDER)
     try:
-        if (folder / FILE).is_file() and (read_json(folder / _DONE) or {}).get("depends_on") == mark:
+        if (folder / FILE).is_file() and (read_json(folder / DONE) or {}).get("depends_on") == mark:
             read_study(folder)
             return
     except (InputError, AttributeError):  # damaged: analysed again
         pass
     settings, grid = MeasurementSettings(overrides=overrides), Grid(gains=GAINS)
     run_study(read_loop(loaded, overrides), folder, settings, analytic_only=True, grid=grid)
-    write_json(folder / _DONE, {"depends_on": mark})
+    write_json(folder / DONE, {"depends_on": mark})
 
 
 def find_margins(

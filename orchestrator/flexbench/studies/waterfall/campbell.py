@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from flexsat.arrays import Array
 from flexsat.runtime.rotations import skew
-from flexsat.spacecraft.assembly import Spacecraft
-from flexsat.spacecraft.campbell_crossings import RIGID, modal_frequencies
+from flexsat.spacecraft.assembly import RIGID, Spacecraft
+from flexsat.spacecraft.campbell_crossings import modal_frequencies
 from lockstep.errors import InputError
 
 Complex = NDArray[np.complex128]

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from lockstep.check.report.check_report import CheckReport, summary
 from lockstep.check.report.finding import Finding, Status
-from lockstep.standard_streams import printable, unfiltered
+from lockstep.standard_streams import LINE_INTERVAL, printable, unfiltered
 
 _STYLES: dict[Status, str] = {
     "pass": "green",
@@ -25,7 +25,6 @@ _STYLES: dict[Status, str] = {
     "skipped": "dim",
 }
 _SHOWN = 12  # details of a finding; those of the contract are all shown
-_LINE_INTERVAL = 5.0  # [s] of wall time between two plain lines
 
 Listener = Callable[[Finding], None]
 
@@ -91,11 +90,11 @@ class _Lines:
 
     def __init__(self, title: str, stream: TextIO) -> None:
         self._title, self._stream = title, stream
-        self._count, self._next = 0, perf_counter() + _LINE_INTERVAL
+        self._count, self._next = 0, perf_counter() + LINE_INTERVAL
 
     def __call__(self, finding: Finding) -> None:
         self._count += 1
         if perf_counter() < self._next:
             return
-        self._next = perf_counter() + _LINE_INTERVAL
+        self._next = perf_counter() + LINE_INTERVAL
         print(f"{self._title}: {self._count} checks done, last {finding.check}", file=self._stream, flush=True)
