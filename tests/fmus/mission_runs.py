@@ -207,7 +207,9 @@ class InOtherOrder(AsPorts):
 AS_PORTS = AsPorts()
 
 
-def fly(instance: Instance, component: str, settings: Values, form: AsPorts = AS_PORTS) -> Run:
+def fly(
+    instance: Instance, component: str, settings: Values, form: AsPorts = AS_PORTS, steps: int | None = None
+) -> Run:
     """Return all outputs after each step; settings and inputs are given to the component in a form, and read in it."""
     table, step = instance.table, STEP[component]
 
@@ -225,7 +227,7 @@ def fly(instance: Instance, component: str, settings: Values, form: AsPorts = AS
     views = {port.name: instance.view(port.name) for port in outputs}
     rows: dict[str, list[Any]] = {name: [] for name in views}
     wheels = np.array(STARTING_SPEED)
-    for k in range(STEPS[component]):
+    for k in range(steps or STEPS[component]):
         if component == "mission":
             wheels += step * form.read(table["wheel.torque"], np.array(views["wheel.torque"])) / INERTIA
             if k > SEIZES:

@@ -63,6 +63,29 @@ def test_wheels_thrusters_and_axes_in_another_order_are_the_same_run(make: Make,
         assert_allclose(found[name], values, rtol=0.0, atol=1e-11 * scale, err_msg=name)  # sums in another order
 
 
+@pytest.mark.parametrize("component", STEPS)
+def test_at_each_limit_outputs_are_finite_or_the_value_is_refused_in_one_line(make: Make, component: str):
+    for port in make(component).table:
+        if port.causality != "parameter" or port.kind not in ("real", "integer"):
+            continue
+        assert port.minimum is not None, port.name
+        assert port.maximum is not None or port.name == "seed"
+        for limit in (port.minimum, port.maximum):
+            if limit is None:
+                continue
+            value = limit if port.kind == "real" else int(limit)
+            refusal = ""
+            try:
+                run = fly(make(component), component, {port.name: value}, steps=20)
+            except ValueError as error:
+                refusal = str(error)
+            if refusal:  # in the first step where that gives its length
+                assert refusal.startswith(("exitInitializationMode: ", "doStep at t = 0.0 s: ")), (port.name, limit)
+                assert "\n" not in refusal
+            else:
+                assert all(np.isfinite(values).all() for values in run.values()), (port.name, limit)
+
+
 def test_each_command_of_a_timeline_has_its_own_time_action_and_rotation(make: Make):
     run = fly(make("mission"), "mission", {"slew.lead": 3.0})
     done, mode = run["timeline.done"].ravel(), run["mode"].ravel()
