@@ -217,31 +217,47 @@ class Bench:
         signals: Sequence[str] = ("all",),
         configuration: str = "distributed",
     ) -> Trajectory:
-        """Run lockstep.
+        """Run lockstep as `under_delays` does, under these."""
+        (found,) = self.under_delays(ticks, [delays], scenario, period, signals, configuration)
+        return found
+
+    def under_delays(
+        self,
+        ticks: int,
+        cases: Sequence[Mapping[tuple[str, str], int] | None],
+        scenario: str = "fine_pointing",
+        period: int | None = None,
+        signals: Sequence[str] = ("all",),
+        configuration: str = "distributed",
+    ) -> list[Trajectory]:
+        """Run lockstep under one set of delays after another, all in one process.
 
         Parameters
         ----------
         ticks : how many
-        delays : of each connection by its two components, in ticks; None for the system file's
+        cases : delays of each connection by its two components, in ticks; None for the system file's
         scenario : name of a system file
         period : [ns] of all components alike, which is then the tick too; None for their own
         signals : patterns of what to return
         configuration : `distributed`, or `distributed/native` for the FMUs in C
         """
-        setup = {
-            "system": str(self.folder / configuration / f"{scenario}.ssd"),
-            "ticks": ticks,
-            "delays": None if delays is None else {" ".join(ends): delay for ends, delay in delays.items()},
-            "period": period,
-            "signals": list(signals),
-        }
-        key = json.dumps(setup, sort_keys=True)
-        if key not in self._references:
-            found = self.run("run_lockstep.py", setup)
-            reals = {f"{component}.{name}" for component, names in self.references().items() for name in names}
+        setups = [
+            {
+                "system": str(self.folder / configuration / f"{scenario}.ssd"),
+                "ticks": ticks,
+                "delays": None if delays is None else {" ".join(ends): delay for ends, delay in delays.items()},
+                "period": period,
+                "signals": list(signals),
+            }
+            for delays in cases
+        ]
+        keys = [json.dumps(setup, sort_keys=True) for setup in setups]
+        new = {key: setup for key, setup in zip(keys, setups, strict=True) if key not in self._references}
+        reals = {f"{component}.{name}" for component, names in self.references().items() for name in names}
+        for key, found in zip(new, self.run_each("run_lockstep.py", list(new.values())) if new else (), strict=True):
             kept = [i for i, name in enumerate(found.names) if name in reals]
             self._references[key] = Trajectory(names=tuple(found.names[i] for i in kept), values=found.values[:, kept])
-        return self._references[key]
+        return [self._references[key] for key in keys]
 
 
 class NativeBench(Bench):

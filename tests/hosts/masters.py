@@ -51,9 +51,20 @@ class Master:
         references : value references of the outputs, by component and name
         parameters : values to set beside those of the package, by component and name
         """
+        (found,) = self.run_each(bench, {package: references}, duration, parameters, rows)
+        return found
+
+    def run_each(
+        self,
+        bench: Bench,
+        packages: Mapping[Path, Mapping[str, Mapping[str, int]]],
+        duration: float,
+        parameters: Mapping[str, Mapping[str, float]] | None = None,
+        rows: int = SLOW,
+    ) -> list[Trajectory]:
+        """Run some packages, given with the value references of their outputs, one after another in one process."""
         settings = {name: dict(values) for name, values in (parameters or {}).items()}
-        return bench.run(
-            self.script,
+        setups = [
             {
                 "package": str(package),
                 "tick": self.tick,
@@ -65,8 +76,10 @@ class Master:
                     name: bench.parameter_references(package, name, values) for name, values in settings.items()
                 },
                 "late": self.late,
-            },
-        )
+            }
+            for package, references in packages.items()
+        ]
+        return bench.run_each(self.script, setups)
 
 
 LOCKSTEP = Master(name="lockstep", script="run_package.py")

@@ -32,4 +32,5 @@ def _shown_by(name, output):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    for given, saved in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+        main(given, saved)

@@ -39,6 +39,7 @@ def main(given, saved):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    for given, saved in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+        main(given, saved)
     sys.stdout.flush()
     os._exit(0)  # libcosim frees the FMUs after the interpreter is gone

@@ -16,6 +16,8 @@ import fmpy.ssp.simulation
 from hosting import save
 from lxml import etree
 
+DO_STEP = fmpy.ssp.simulation.do_step
+
 
 def package_values(package):
     """Return the parameter values inside a package by `component.parameter`, as numbers."""
@@ -41,10 +43,9 @@ def main(given, saved):
     parameters = [SimpleNamespace(name=name, value=value) for name, value in values.items()]
     steps = dict.fromkeys(references, 0)
     columns = {name: [] for name in references}
-    do_step = fmpy.ssp.simulation.do_step
 
     def watched(component, time, step_size):
-        do_step(component, time, step_size)
+        DO_STEP(component, time, step_size)
         name = component.name
         if name in references:
             steps[name] += 1
@@ -66,4 +67,5 @@ def main(given, saved):
 
 if __name__ == "__main__":
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    main(*sys.argv[1:])
+    for given, saved in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+        main(given, saved)

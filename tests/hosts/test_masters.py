@@ -46,13 +46,19 @@ def test_delay_of_a_master_is_as_measured_before(bench, master):
     assert late.to_fast_at_most == pytest.approx(late.to_fast + held)
 
 
-@pytest.mark.parametrize("master", FOREIGN, ids=lambda master: master.name)
-@pytest.mark.parametrize(("configuration", "scenario"), PACKAGES)
-def test_every_package_loads_and_runs(bench, master, configuration, scenario):
-    ports = references(bench, configuration, ("plant.wheel.angle", "plant.attitude.mrp", "controller.wheel.torque"))
-    parameters = loop_parameters(present(master), {})
+@pytest.fixture(scope="module", params=FOREIGN, ids=lambda master: master.name)
+def first_steps(request, bench):
+    """Return what a master makes of the first 0.1 s of every package, all in one process."""
+    master = present(request.param)
+    ports = ("plant.wheel.angle", "plant.attitude.mrp", "controller.wheel.torque")
+    packages = {bench.package(s, c): references(bench, c, ports) for c, s in PACKAGES}
+    found = master.run_each(bench, packages, 0.1, loop_parameters(master, {}))
+    return dict(zip(PACKAGES, found, strict=True))
 
-    found = master.run(bench, bench.package(scenario, configuration), ports, 0.1, parameters)
+
+@pytest.mark.parametrize(("configuration", "scenario"), PACKAGES)
+def test_every_package_loads_and_runs(first_steps, configuration, scenario):
+    found = first_steps[configuration, scenario]
 
     assert np.isfinite(found.values).all()
     assert np.ptp(found["plant.wheel.angle"], axis=0).all()  # every wheel turns

@@ -59,7 +59,7 @@ def table(path, rows):
     """Write the cases of a table."""
     lines = ["seed,gain,sleep,at", *(",".join(map(str, row)) for row in rows)]
     (path / "cases.csv").write_text("\n".join(lines) + "\n")
-    return 'sampling = "table"\ntable = "cases.csv"\nhang_after = 8.0'
+    return 'sampling = "table"\ntable = "cases.csv"\nhang_after = 3.0'
 
 
 def children():
@@ -118,7 +118,7 @@ def test_a_crash_and_a_hang_are_rows_and_nothing_else_is_lost(campaign_file, fly
     done = fly(campaign_file(keys, TABLES), tmp_path / "out", 2)
 
     assert list(done.results.failures) == ["", "crash", "hang", ""]
-    assert list(done.results.causes) == ["", "its process ended by SIGABRT", "no progress in 8 s", ""]
+    assert list(done.results.causes) == ["", "its process ended by SIGABRT", "no progress in 3 s", ""]
     assert np.isnan(done.results.metrics["largest"]).tolist() == [False, True, True, False]
     assert {number: entry["attempts"] for number, entry in read_entries(tmp_path / "out").items()} == {
         1: 1, 2: 2, 3: 2, 4: 1}  # fmt: skip
