@@ -1,4 +1,7 @@
-"""Show the progress of a study's runs: a bar for each under way on a terminal, and a line for each that has ended."""
+"""Show the progress of a study's runs: a bar for each under way on a terminal, and a line for each that has ended.
+
+What draws bars is imported where they are drawn: worker processes import this module and draw none.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import TaskID
-
-from lockstep.cli.progress_bars import Bars
 from lockstep.standard_streams import printable, unfiltered
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
+
+    from lockstep.cli.progress_bars import Bars
 
 _STATE, _SPEED = len("300 of 300 s"), len(", 1000.0 x real time")
 
@@ -74,10 +79,14 @@ class ShownJobs:
 @contextmanager
 def show_jobs(titles: Sequence[str]) -> Iterator[ShownJobs]:
     """Yield what shows progress: a bar for each run under way on a terminal, and a line for each that has ended."""
+    from rich.console import Console
+
     console = Console(file=unfiltered(sys.stderr))
     if not console.is_terminal:
         yield ShownJobs(titles)
         return
+    from lockstep.cli.progress_bars import Bars
+
     bars = Bars(console, titles, _STATE, _SPEED)
     with bars.progress:
         yield ShownJobs(titles, bars)

@@ -105,7 +105,7 @@ def test_a_campaign_that_is_killed_goes_on_and_ends_with_the_same_bytes(campaign
         stream.write(b'0123abcd {"number":9,"cut')  # as a kill may leave it
     with pytest.raises(InputError, match="its campaign is not finished"):
         read_results(tmp_path / "killed")
-    fly(path, tmp_path / "killed", 2)
+    fly(path, tmp_path / "killed")
 
     assert 4 <= len(kept) < 10
     assert content(tmp_path / "killed") == content(tmp_path / "whole")
@@ -211,14 +211,14 @@ def test_a_folder_says_what_its_campaign_is_and_takes_no_other(campaign_file, fl
 
 def test_the_worst_runs_and_bands_are_kept(campaign_file, fly, tmp_path):
     keys = 'cases = 6\nhistories = "worst"\nworst = 2\nby = "largest"'
-    worst = fly(campaign_file(keys, INPUTS), tmp_path / "worst", 2).results
+    worst = fly(campaign_file(keys, INPUTS), tmp_path / "worst").results
     order = np.argsort(-worst.metrics["largest"])[:2] + 1
     assert sorted(int(path.name) for path in (tmp_path / "worst/runs").iterdir()) == sorted(order.tolist())
     every = fly(campaign_file('cases = 6\nhistories = "all"', INPUTS, "all.toml"), tmp_path / "all").results
     assert np.array_equal(every.metrics["largest"], worst.metrics["largest"])
 
     band = '\n[[band]]\nsignal = "a.y"\nperiod = 0.004\nresolution = 1e-3\n'
-    fly(campaign_file('cases = 6\nhistories = "bands"', INPUTS + band, "bands.toml"), tmp_path / "bands", 2)
+    fly(campaign_file('cases = 6\nhistories = "bands"', INPUTS + band, "bands.toml"), tmp_path / "bands")
     import pyarrow.parquet as pq
 
     found = pq.read_table(tmp_path / "bands/bands.parquet").to_pydict()

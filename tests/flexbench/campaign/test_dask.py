@@ -66,10 +66,10 @@ class Cluster:
             return client.scheduler.address
 
 
-@pytest.fixture
-def cluster(tmp_path):
-    """Return a cluster of two workers."""
-    cluster = Cluster(tmp_path / "cluster")
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """Return a cluster of two workers; a test kills one of them, and the last one the scheduler."""
+    cluster = Cluster(tmp_path_factory.mktemp("dask") / "cluster")
     with cluster.stack:
         yield cluster
 
@@ -121,7 +121,7 @@ def test_a_scheduler_that_ends_is_named_and_the_campaign_goes_on_without_it(camp
         run_campaign(path, tmp_path / "out", lambda settings: DaskPool(cluster.address, settings), lambda _: None)
     thread.join()
     kept = read_entries(tmp_path / "out")
-    fly(path, tmp_path / "out", 2)
+    fly(path, tmp_path / "out", 1)
     fly(path, tmp_path / "whole", 1)
 
     assert 2 <= len(kept) < 8
