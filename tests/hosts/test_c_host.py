@@ -150,10 +150,8 @@ def test_three_fmus_in_one_c_process_agree_bitwise_with_our_master(bench):
     lines, names = loop(bench, 200)
     found = trajectory(call(bench, lines), names)
 
+    # that other delays give other values: test_native_fmus.py
     assert agreement(bench.reference(200), found) == "bitwise"
-    late = bench.reference(200, dict.fromkeys([("plant", "sensors"), ("sensors", "plant"), ("sensors", "controller"),
-                                               ("controller", "plant")], 1))  # fmt: skip
-    assert agreement(late, found) != "bitwise"
 
 
 def test_libpython_may_be_loaded_by_the_host_instead_of_preloaded(bench):

@@ -69,6 +69,11 @@ def test_native_loop_agrees_with_that_in_python(native, host):
 
 @pytest.mark.skipif(bool(c_host_lacks()), reason=c_host_lacks() or "available")
 def test_loops_of_other_delays_differ(native):
-    late = native.reference(TICKS, {("plant", "sensors"): 2, ("sensors", "plant"): 0, ("sensors", "controller"): 0,
-                                    ("controller", "plant"): 0})  # fmt: skip
+    delays = {
+        ("plant", "sensors"): 2,
+        ("sensors", "plant"): 0,
+        ("sensors", "controller"): 0,
+        ("controller", "plant"): 0,
+    }
+    late = native.reference(TICKS, delays, configuration="distributed/native")
     assert apart(late, in_c(native)) > 1e-6

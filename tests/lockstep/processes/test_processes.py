@@ -32,11 +32,11 @@ def test_steps_overlap_where_no_connection_orders_them(runs, pair, waiting, tmp_
     ended = runs(
         {
             "later": (later, ("run", pair(later, waiting, waiting, delay=1), "--out", later / "out")),
-            "now": (now, ("run", pair(now, waiting, waiting), "--out", now / "out", "--step-limit", "5")),
+            "now": (now, ("run", pair(now, waiting, waiting), "--out", now / "out", "--step-limit", "2")),
         }
     )
     assert (ended["later"]["code"], ended["later"]["lines"]) == (0, [])  # one after the other would wait for ever
-    assert ended["now"]["lines"] == ["lockstep: a: no answer within 5 s in fmi2DoStep at 0 s"]  # b needs its output
+    assert ended["now"]["lines"] == ["lockstep: a: no answer within 2 s in fmi2DoStep at 0 s"]  # b needs its output
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
