@@ -10,9 +10,10 @@ from pathlib import Path
 
 import psutil
 import pytest
+import rich.console
 from rich.console import Console
 
-from flexbench.engine import job_progress, tasks
+from flexbench.engine import tasks
 from flexbench.engine import jobs as jobs_module
 from flexbench.engine.dispatch import dispatch
 from flexbench.engine.job_progress import show_jobs
@@ -128,7 +129,7 @@ def test_progress_without_terminal_is_one_line_for_each_finished_run(capsys):
 def test_progress_on_a_terminal_has_a_bar_for_each_run_under_way_and_a_line_for_each_that_ended(monkeypatch):
     shown = io.StringIO()
     monkeypatch.setattr(
-        job_progress, "Console", lambda **_: Console(file=shown, width=80, force_terminal=True, color_system=None)
+        rich.console, "Console", lambda **_: Console(file=shown, width=80, force_terminal=True, color_system=None)
     )
     names = [f"centralised-fine-pointing-open-loop-as-published-seed{k}" for k in range(1, 4)]
     with show_jobs(names) as show:
