@@ -13,8 +13,8 @@ import pytest
 import rich.console
 from rich.console import Console
 
-from flexbench.engine import tasks
 from flexbench.engine import jobs as jobs_module
+from flexbench.engine import tasks
 from flexbench.engine.dispatch import dispatch
 from flexbench.engine.job_progress import show_jobs
 from flexbench.engine.jobs import Job, run_jobs
