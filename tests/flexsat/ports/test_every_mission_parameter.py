@@ -76,7 +76,7 @@ def test_at_each_limit_outputs_are_finite_or_the_value_is_refused_in_one_line(ma
             value = limit if port.kind == "real" else int(limit)
             refusal = ""
             try:
-                run = fly(make(component), component, {port.name: value}, steps=20)
+                run = fly(make(component), component, {port.name: value}, steps=8)
             except ValueError as error:
                 refusal = str(error)
             if refusal:  # in the first step where that gives its length
