@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
@@ -29,6 +30,12 @@ _LONGEST_REASON = 200  # letters, where the room is scarce
 _MOST_MESSAGES = 1000  # of one component in the events: a slave that logs at each step must not fill the disk
 
 Table = dict[str, object]
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that this process has loaded, which do not change in it."""
+    return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
 def describe_run(
@@ -58,7 +65,7 @@ def describe_run(
         "record_period": stored_seconds(record_period),
         "system": {"name": system.name, "path": str(system.path or ""), "sha256": system.sha256 or ""},
         **({"warnings": list(warnings)} if warnings else {}),
-        "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
+        "versions": dict(_versions()),
         "overrides": {key: plain_value(value, key) for key, value in overrides.items()},
         "component": [
             {

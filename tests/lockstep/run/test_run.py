@@ -76,6 +76,8 @@ def test_the_run_record_describes_the_run(loop_ssd, loop, tmp_path, cli):
     assert run["component"][2]["parameters"] == {"x0": 1.5}
     assert (run["record"], run["record_period"], run["overrides"]) == (["plant.*"], 0.002, {"plant.x0": "1.5"})
     assert run["latency"][1] == {"from": "counter", "to": "plant", "delay": 2}
+    assert run["versions"]["python"] == sys.version.split()[0]
+    assert run["versions"]["numpy"] == np.__version__
     assert [event["event"] for event in events(tmp_path / "out")] == ["start", "end"]
     signals = read_signals(tmp_path / "out", ["plant.x"])
     assert signals.time.tolist() == [0.0, 0.002, 0.004, 0.006, 0.008, 0.01]
