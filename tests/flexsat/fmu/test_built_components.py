@@ -223,6 +223,7 @@ def test_builds_in_another_process_and_folder_and_on_another_processor_give_equa
     (tmp_path / "elsewhere").mkdir()
     environment = os.environ | {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo", "LC_ALL": "C"}
     environment |= {"OPENBLAS_CORETYPE": "Prescott", "OPENBLAS_NUM_THREADS": "2", "NPY_DISABLE_CPU_FEATURES": "X86_V3"}
+    environment["OPENBLAS_THREAD_TIMEOUT"] = "4"  # a thread without work sleeps soon, instead of using a core to wait
     subprocess.run(
         [FLEXSAT, "build", "--flat", "--no-native", "--out", "zweite Fassung"],
         check=True,
