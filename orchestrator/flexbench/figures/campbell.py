@@ -19,7 +19,6 @@ from flexbench.studies.waterfall.campbell import (
     Campbell,
     campbell,
     harmonic_deformation,
-    imbalance_deformation,
 )
 from flexsat.arrays import Array
 from flexsat.design.chain import Design
@@ -132,13 +131,10 @@ def _draw_chosen(upper: Axes, lower: Axes, design: Design) -> None:
     """Mark chosen speeds: on the harmonic with their bands, and below with the deformation of that wheel."""
     axis, nominal = design.spacecraft.wheels.axis, design.response.nominal
     bands = design.config.wheel_set.speed_band / RPM
+    deformation = np.diagonal(harmonic_deformation(design.structure, nominal)) / MICROMETRE
     for name, look in AXES.items():
         wheels = np.flatnonzero([axis_name(one) == name for one in axis])
         speed, band = nominal[wheels] / RPM, bands[wheels]
-        made = [
-            imbalance_deformation(design.structure, w, np.array([w]))[wheel, 0] / MICROMETRE
-            for wheel, w in zip(wheels, nominal[wheels].tolist(), strict=True)
-        ]
         style = MARK | {"color": look.colour, "marker": look.marker, "markersize": SIZES[name], "zorder": 4.0}
         style["label"] = f"chosen, about {name}"
         upper.hlines(speed / 60.0, speed - band, speed + band, color=look.colour, linewidth=2.2, zorder=3.5)
@@ -146,7 +142,7 @@ def _draw_chosen(upper: Axes, lower: Axes, design: Design) -> None:
         if design.response.gap is not None:
             ends = design.response.gap[wheels].ravel() / RPM
             upper.plot(ends, ends / 60.0, label=f"gap, about {name}", **(GAP | {"color": look.colour}))
-        lower.plot(speed, made, **style)
+        lower.plot(speed, deformation[wheels], **style)
         for value, width in sorted(set(zip(speed.tolist(), band.tolist(), strict=True))):
             lower.axvspan(value - width, value + width, color=look.colour, alpha=0.12, linewidth=0.0)
 

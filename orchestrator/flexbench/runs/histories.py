@@ -72,7 +72,8 @@ def wheel_speed_deviation(signals: Signals, design: FlownDesign) -> Array:
 
     Recorded is the speed relative to the mount; the mount turns with the body and with the modes.
     """
-    flexible = signals["plant.modal.velocity"][:, : design.modes]  # the plant may have ports for more
+    # the plant may have ports for more: of a file they are not even read
+    flexible = signals.side_by_side([f"plant.modal.velocity[{mode + 1}]" for mode in range(design.modes)])
     mount = signals["plant.rate"] @ design.wheel_axis.T + flexible @ design.wheel_axial_slope.T
     return np.asarray(signals["plant.wheel.speed"] + mount - design.nominal_speed)
 

@@ -28,12 +28,13 @@ HERTZ = 2.0 * np.pi
 
 def computed_once(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function of a spacecraft and the same further arguments that keeps its results."""
-    results: dict[int, Any] = {}
+    results: dict[tuple[int, bytes], Any] = {}
 
     def of(spacecraft: Any, *rest: Any) -> Any:
-        if id(spacecraft) not in results:
-            results[id(spacecraft)] = function(spacecraft, *rest)
-        return results[id(spacecraft)]
+        key = id(spacecraft), b"".join(np.asarray(one).tobytes() for one in rest)
+        if key not in results:
+            results[key] = function(spacecraft, *rest)
+        return results[key]
 
     return of
 
