@@ -19,18 +19,21 @@ COMMAND = Path(sys.executable).with_name("flexsat")
 # warnings are errors in the programs too, their workers included; one thread each, as two run at a time
 ENVIRONMENT = os.environ | {"PYTHONWARNINGS": "error", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
-# `flexsat paper` without its build, and with native FMUs in every run
+# `flexsat paper` without its build, with native FMUs in every run, and with a coarse Campbell diagram: that of
+# `flexsat figures` has all its points
 NATIVE_STUDY = """
 from contextlib import redirect_stdout
 from dataclasses import replace
 from io import StringIO
 from flexbench.cli.parser import main
+from flexbench.figures import campbell
 from flexbench.loop import build
 from flexbench.studies.paper import paper
 fmus, results = given
 planned = paper.plan_jobs
 paper.plan_jobs = lambda *options: {key: replace(job, native=True) for key, job in planned(*options).items()}
 build.build_all = lambda *_, **__: None
+campbell.MAP_SPEEDS, campbell.EVEN = campbell.MAP_SPEEDS[::8], 40
 with redirect_stdout(StringIO()) as printed:
     assert main(["paper", "--python", "--fmus", fmus, "--out", results]) == 0
 result = printed.getvalue()

@@ -62,7 +62,7 @@ def test_runs_of_one_configuration_are_taken_from_a_folder(flown):
 
 def test_a_figure_that_lacks_a_signal_is_refused_by_name(fmus, flexsat, tmp_path):
     system, run = fmus / "centralised" / "slew.ssd", tmp_path / "run"
-    words = ("--accept-infeasible", "--stop-time", "0.1", "--record", "plant.rate", "--out", run)
+    words = ("--native", "--accept-infeasible", "--stop-time", "0.1", "--record", "plant.rate", "--out", run)
     done = flexsat("run", system, *words)
     assert done.returncode == 0
 

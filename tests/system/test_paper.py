@@ -225,10 +225,13 @@ result = str(job.folder)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["distributed-slew-as-published-seed1", "centralised-fine-pointing-seed1"])
-def test_runs_of_the_study_are_those_of_python_fmus(study, fmus, python, tmp_path, name):
-    """Compared over 8 s: the slew begins at 5 s."""
-    expected = read_signals(Path(python(PYTHON_RUN, fmus, tmp_path, name, 8.0)))
+@pytest.mark.parametrize(
+    ("name", "duration"),
+    [("distributed-slew-as-published-seed1", 6.5), ("centralised-fine-pointing-seed1", 3.0)],  # the slew begins at 5 s
+)
+def test_runs_of_the_study_are_those_of_python_fmus(study, fmus, python, tmp_path, name, duration):
+    """Compared over the first seconds; `test_equivalence.py` compares a whole slew."""
+    expected = read_signals(Path(python(PYTHON_RUN, fmus, tmp_path, name, duration)))
     found = read_signals(study[0] / name)
     rows = len(expected.time)
     assert expected.time.tolist() == found.time[:rows].tolist()
