@@ -83,11 +83,11 @@ def _lock_descriptor(descriptor: int) -> Release | None:
         os.close(descriptor)
         raise
 
-    def release() -> None:
+    def unlock() -> None:
         _fcntl.flock(descriptor, _fcntl.LOCK_UN)  # a process that an FMU has forked may still have it open
         os.close(descriptor)
 
-    return release
+    return unlock
 
 
 def names_living_process(lock: Path, written: float) -> bool:
@@ -158,13 +158,13 @@ def use_priority(priority: int) -> Release:
     policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
     os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
 
-    def release() -> None:
+    def restore() -> None:
         with suppress(OSError):  # who may not clear the flag keeps it
             os.sched_setscheduler(0, policy, parameter)
             return
         os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, parameter)
 
-    return release
+    return restore
 
 
 def current_core() -> int:

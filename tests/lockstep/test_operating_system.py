@@ -108,9 +108,9 @@ from pathlib import Path
 from lockstep.operating_system import lock_file, lock_folder
 folder = Path(sys.argv[3])
 for lock, path in ((lock_file, folder / "events"), (lock_folder, folder)):
-    release = lock(path)
+    unlock = lock(path)
     print(lock(path) is None)
-    release()
+    unlock()
     lock(path)()
     print(list(map(str, folder.glob("*.lock"))))
 """
@@ -125,9 +125,9 @@ def test_files_and_folders_are_locked_without_it(tmp_path):
 @pytest.mark.parametrize("lock", [lock_file, lock_folder])
 def test_a_lock_ends_with_its_release_or_its_process(tmp_path, lock):
     path = tmp_path / "events" if lock is lock_file else tmp_path
-    release = lock(path)
+    unlock = lock(path)
     assert lock(path) is None
-    release()
+    unlock()
     source = f"from lockstep.operating_system import {lock.__name__} as lock; from pathlib import Path"
     source += f"; import os; lock(Path({str(path)!r})); os._exit(1)"
     assert subprocess.run([sys.executable, "-c", source], check=False).returncode == 1

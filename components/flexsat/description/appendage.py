@@ -46,7 +46,7 @@ class Appendage:
             raise ValueError(f"Appendage.axis must be a unit vector, got {self.axis!r}")
 
     @property
-    def drive(self) -> Array:
+    def drive_axis(self) -> Array:
         """The axis of the drive, (3,), in body axes."""
         return np.asarray(rotation_about(np.array(self.orientation)) @ np.array(self.axis))
 
@@ -59,7 +59,7 @@ class Appendage:
     @property
     def turn(self) -> Array:
         """The rotation of what it carries from where that is at angle 0, (3, 3), both in body axes."""
-        return rotation_about(self.angle * self.drive)
+        return rotation_about(self.angle * self.drive_axis)
 
     def in_body(self) -> Structure:
         """Return its modal data in body axes from the body's origin."""

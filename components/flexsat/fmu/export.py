@@ -23,7 +23,7 @@ from ..ports.table import Naming
 from .python.resources import BUILD_FILE
 from .python.shim import WRAPPER, shim_library, shim_sources
 from .reproducible_zip import write_atomically, zip_bytes
-from .source_bundle import collect
+from .source_bundle import module_sources
 
 _SCRIPT = """\
 import ctypes; ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # pythonfmu drops one reference at each load
@@ -74,7 +74,7 @@ def build_fmu(
     if not (colon and "." in module and class_name.isidentifier()):
         raise ValueError(f"shell must look like 'package.module:Class', got {shell!r}")
     top, inner = module.split(".", 1)
-    sources = collect(module)
+    sources = module_sources(module)
     shim = shim_sources()
     version = importlib.metadata.version("flexsat")
     content = _content_hash(

@@ -13,7 +13,7 @@ ALLOWED = frozenset({"numpy", "pythonfmu"})  # with the standard library, all th
 _MOST_MODULES = 1000  # whose imports are kept: more than all FMUs have
 
 
-def collect(module: str) -> dict[str, bytes]:
+def module_sources(module: str) -> dict[str, bytes]:
     """Return the sources of a module and of all it imports, by path below the parent of its top package.
 
     Raises

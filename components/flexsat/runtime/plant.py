@@ -35,9 +35,9 @@ __all__ = [
     "feed_through",
     "init",
     "observe",
-    "place",
     "prepare",
     "prepare_motion",
+    "set_motion",
     "step",
     "structure_motion",
     "telemetry",
@@ -133,12 +133,14 @@ def init(prepared: PreparedPlant) -> PlantState:
         work=_work(prepared, vector),
         outputs=_outputs(prepared),
     )
-    place(prepared, state, np.concatenate([given.modal_displacement, given.velocity, given.rate, given.modal_velocity]))
+    set_motion(
+        prepared, state, np.concatenate([given.modal_displacement, given.velocity, given.rate, given.modal_velocity])
+    )
     observe(prepared, state)
     return state
 
 
-def place(prepared: PreparedPlant, state: PlantState, structure: Array) -> None:
+def set_motion(prepared: PreparedPlant, state: PlantState, structure: Array) -> None:
     """Set the motion of body and structure, (eta, v, w, eta'); no inputs act. The wheels' axial momenta stay."""
     m, motion, work = prepared.modes, prepared.motion, state.work
     modal = np.concatenate([structure[:m], structure[m + 6 :]])

@@ -75,7 +75,7 @@ def turning_of(config: Configuration, structure: Structure, mounts: Sequence[Sit
         return np.array(values).reshape(len(moving), 3)
 
     return Turning(
-        axis=vectors([one.drive for one in moving]),
+        axis=vectors([one.drive_axis for one in moving]),
         point=vectors([np.array(one.at) - centre for one in moving]),
         angle=np.array([one.angle for one in moving], dtype=np.float64),
         moment=vectors([one.body_from_own @ one.structure.first_moment for one in moving]),

@@ -63,7 +63,7 @@ class ContractMatch:
     offers: Mapping[str, str]  # unfed input of the FMU: missing inputs of the contract that agree in number and unit
 
     @property
-    def direct(self) -> tuple[Served, ...]:
+    def served_directly(self) -> tuple[Served, ...]:
         """Ports served without an adapter."""
         return tuple(served for served in self.served if not served.work)
 

@@ -51,7 +51,7 @@ def _finding(
 
 
 def _direct(comparison: ContractMatch) -> Finding:
-    contract, direct = comparison.contract, comparison.direct
+    contract, direct = comparison.contract, comparison.served_directly
     details = [
         f"{causality}s: {compact([s.port.name for s in direct if s.port.causality == causality], ALL_NAMES)}"
         for causality in ("output", "input", "parameter")

@@ -43,7 +43,7 @@ class Faults:
         self._waiting = list(reversed(resolved.events))  # the next one last
         self._time, self._tick = math.nan, 0  # the newest time, and its tick
         # the first operation of each tick: it acts where an event is due
-        self.begin = Python(call=self.begin_tick, following=self._next_event)
+        self.at_tick = Python(call=self.begin_tick, following=self._next_event)
         self._start, self._length = float(resolved.start), float(resolved.tick)  # [ns]
         self._settings: dict[str, list[Operation]] = {}
         self._present: dict[tuple[str, Scalar], dict[int, Value]] = {}  # parameters, by reference

@@ -44,7 +44,7 @@ class Fmi1Slave:
         callbacks.allocateMemory = fmi1.fmi1CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi1.fmi1CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(byref(callbacks))
-        function = library.function(f"{library.begin}InstantiateSlave", *_INSTANTIATE, returns=c_void_p)
+        function = library.function(f"{library.function_prefix}InstantiateSlave", *_INSTANTIATE, returns=c_void_p)
         texts = (self.name, self._fmu.guid, self._fmu.folder.as_uri(), _MIME)
         timeout, visible, interactive, logging = 0.0, fmi1.fmi1False, fmi1.fmi1False, fmi1.fmi1True
         address: int | None = function(

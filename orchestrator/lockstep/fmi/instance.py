@@ -67,7 +67,7 @@ class Instance:
     def bind(self, name: str, *arguments: object) -> BoundCall:
         """Return a function with the instance, and the first arguments behind it, filled in; or raise RunError."""
         signature = (SIGNATURES[self.prefix] | OPTIONAL[self.prefix])[name]
-        function = self.library.function(f"{self.library.begin}{name}", c_void_p, *signature)
+        function = self.library.function(f"{self.library.function_prefix}{name}", c_void_p, *signature)
         return partial(function, self._handle, *arguments)
 
     def native(

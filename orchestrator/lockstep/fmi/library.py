@@ -50,7 +50,7 @@ class Library:
 
         The functions of FMI 1.0 carry the name of their FMU before the prefix.
         """
-        self.begin = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
+        self.function_prefix = f"{fmu.identifier}_{prefix}" if prefix == "fmi" else prefix
         path = fmu.folder / library_path(
             fmu.identifier, _VERSIONS[prefix], lambda inside: (fmu.folder / inside).is_file()
         )
@@ -60,9 +60,11 @@ class Library:
         except OSError as error:
             reason = " ".join(str(error).split())
             raise RunError(f"{fmu.name}: cannot load the FMU: Failed to load shared library {path}. {reason}") from None
-        missing = [name for name in SIGNATURES[prefix] if not hasattr(self._library, f"{self.begin}{name}")]
+        missing = [name for name in SIGNATURES[prefix] if not hasattr(self._library, f"{self.function_prefix}{name}")]
         if missing:
-            raise RunError(f"{fmu.name}: cannot load the FMU: {path}: undefined symbol: {self.begin}{missing[0]}")
+            raise RunError(
+                f"{fmu.name}: cannot load the FMU: {path}: undefined symbol: {self.function_prefix}{missing[0]}"
+            )
 
     def function(self, name: str, *argument_types: type, returns: type = c_uint) -> Callable[..., Any]:
         """Return a function by its whole name, which returns a status unless another type is given.

@@ -54,15 +54,15 @@ def temporary_folder(purpose: str) -> Iterator[Path]:
     with made as name:
         folder = Path(name)
         try:
-            release = lock_file(folder / _LOCK)
+            unlock = lock_file(folder / _LOCK)
             (folder / _LOCK).write_text(f"{os.getpid()}\n")  # it has been locked: once it is free, its use has ended
         except OSError as error:
             raise TemporaryFolderError(f"temporary folder {folder}: {error.strerror}; {_REMEDY}") from None
         try:
             yield folder
         finally:
-            if release is not None:
-                release()
+            if unlock is not None:
+                unlock()
 
 
 def remove_abandoned(parent: Path) -> list[Path]:
@@ -72,11 +72,11 @@ def remove_abandoned(parent: Path) -> list[Path]:
         named = _NAME.match(folder.name)
         if named is not None:
             with suppress(OSError):  # of another user, or removed meanwhile
-                release = _abandoned(folder, int(named[1]))
-                if release is not None:
+                unlock = _abandoned(folder, int(named[1]))
+                if unlock is not None:
                     shutil.rmtree(folder, ignore_errors=True)
                     removed.append(folder)
-                    release()
+                    unlock()
     return removed
 
 

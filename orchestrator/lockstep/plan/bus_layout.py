@@ -119,7 +119,7 @@ class Layout:
         """Return how many values of this type the bus holds."""
         return sum(width * self.rings[name] for (name, kind), (_, width) in self._bases.items() if kind == scalar)
 
-    def place(self, name: str, scalar: Scalar, version: int) -> Place:
+    def place_of(self, name: str, scalar: Scalar, version: int) -> Place:
         """Return where a version of a component's outputs lies on the bus; equal places hold the same variables."""
         start, width = self._bases[name, scalar]
         versions = self._versions[0][name]
@@ -127,17 +127,17 @@ class Layout:
 
     def fetched(self, name: str, scalar: Scalar, version: int) -> tuple[int, list[int]]:
         """Return where a version of a component's outputs begins on the bus, and what it holds."""
-        start, number = self.place(name, scalar, version)
+        start, number = self.place_of(name, scalar, version)
         return start, list(self._versions[1][number][scalar])
 
     def position(self, name: str, scalar: Scalar, reference: int, version: int) -> int:
         """Return where one value of a version lies on the bus."""
-        start, number = self.place(name, scalar, version)
+        start, number = self.place_of(name, scalar, version)
         return start + self._versions[1][number][scalar][reference]
 
     def positions(self, name: str, scalar: Scalar, references: Iterable[int], version: int) -> list[int]:
         """Return where some values of a version lie on the bus."""
-        start, number = self.place(name, scalar, version)
+        start, number = self.place_of(name, scalar, version)
         ranks = self._versions[1][number][scalar]
         return [start + ranks[reference] for reference in references]
 

@@ -186,7 +186,7 @@ def _values(table: Table, column: Column) -> NDArray[Any]:
             parse_value(float(extreme), variable, what)  # finite, and in the range of the FMU
         return reals
     known: dict[Any, Value] = {}
-    values = table.plain(column.name)
+    values = table.python_values(column.name)
     for row, given in enumerate(values):
         if given not in known:
             known[given] = _value(given, column, conversion, f"{table.file}: row {row + 1}: {column.name}")

@@ -138,7 +138,7 @@ class BoundBatch:
 
 def _gather(groups: Mapping[tuple[Scalar, bool], _Inputs], bus: Bus) -> Call:
     """Return a call that fills the buffers of a wave, with the conversions that the master makes."""
-    plain = [
+    unconverted = [
         (bus[scalar].take, np.array(inputs.positions, np.intp), inputs.buffer)
         for (scalar, converted), inputs in groups.items()
         if not converted
@@ -149,8 +149,8 @@ def _gather(groups: Mapping[tuple[Scalar, bool], _Inputs], bus: Bus) -> Call:
         if converted
     ]
 
-    def gather() -> int:
-        for take, index, buffer in plain:
+    def fill() -> int:
+        for take, index, buffer in unconverted:
             take(index, None, buffer, "clip")  # clip: the other modes copy through a temporary
         for take, index, buffer, gain, bias in linear:
             take(index, None, buffer, "clip")
@@ -160,7 +160,7 @@ def _gather(groups: Mapping[tuple[Scalar, bool], _Inputs], bus: Bus) -> Call:
                 return OVERFLOW
         return 0
 
-    return gather
+    return fill
 
 
 def _check(values: Buffer, index: NDArray[np.intp]) -> Call:

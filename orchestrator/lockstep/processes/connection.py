@@ -84,7 +84,7 @@ class Connection:
             self.link = self._shared.link(self._commands, self._answers)
             integers = self.last_call.integers
             self._cores = core_assignment()
-            self._cores.release()
+            self._cores.give_back()
             descriptors = (worker_commands, worker_answers, memory)
             self.process = WatchedProcess(
                 descriptors, folder.absolute(), limits or Limits(), lambda: integers[CALL], self.link

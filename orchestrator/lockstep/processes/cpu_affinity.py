@@ -73,10 +73,10 @@ class CoreAssignment:
 
     def leave_thread(self) -> None:
         """Leave the thread alone from here on: it is given a core, to which its workers follow it."""
-        self.release()
+        self.give_back()
         self._pins_thread = False
 
-    def release(self) -> None:
+    def give_back(self) -> None:
         """Release the thread and its workers to all cores. A process started now may run anywhere."""
         if self._core is not None:
             self._core = None
@@ -101,7 +101,7 @@ class CoreAssignment:
         self.timed.discard(worker)
         self._workers.remove(worker)
         if not self._workers:
-            self.release()
+            self.give_back()
 
     def message_sent(self, worker: WorkerLoad, now: float) -> None:
         """Note a message to a worker at this time [s]; needed for one in SAMPLE, and while others are timed."""
@@ -126,7 +126,7 @@ class CoreAssignment:
         elapsed, self._last, self._next = now - self._last, now, now + _INTERVAL
         before, self._times = self._times, self._read_times()
         if not self._times:
-            self.release()
+            self.give_back()
             self._next = math.inf
         elif self._core is None:
             if any(worker.link.messages >= _ENOUGH for worker in self._workers):
@@ -135,7 +135,7 @@ class CoreAssignment:
                     pin(self._thread, {self._core})
                 self._judge()
         elif self._crowded(before, elapsed):
-            self.release()
+            self.give_back()
             again = now - self._settled < 2.0 * self._pause
             self._pause = min(2.0 * self._pause, _LONGEST_PAUSE) if again else _INTERVAL
             self._next = now + self._pause

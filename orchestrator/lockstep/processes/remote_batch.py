@@ -108,7 +108,7 @@ class RemoteBatch:
         self._under_way = True
         self._time = self.connection.adopt(self, self._calls)
 
-    def begin(self, time: float) -> None:
+    def start_step(self, time: float) -> None:
         """Begin the steps."""
         connection = self.connection
         connection.settle()

@@ -153,7 +153,7 @@ class RemoteSlave:
         """A call that begins a step. Each expects the same gets after it as were called the last time."""
         return _Step(self)
 
-    def begin(self, step: _Step, time: float, length: float) -> None:
+    def start_step(self, step: _Step, time: float, length: float) -> None:
         """Send a step, with the sets before it and the gets that it expects."""
         if self._waiting:
             self._complete()
@@ -331,7 +331,7 @@ class _Step:
         self.expected: list[int] = []
         self.sets: tuple[int, ...] = ()
         self.program: CommandCalls | None = None  # for these sets, and the gets expected
-        self._begin = slave.begin
+        self._begin = slave.start_step
 
     def __call__(self, time: float, length: float, _no_set_state: int) -> int:
         self._begin(self, time, length)

@@ -26,7 +26,7 @@ class StepProgram:
         self._program = slave.program((tuple(port for port, _ in puts), True, tuple(port for port, _ in takes)))
         self.number = self._program.number
 
-    def begin(self, time: float) -> None:
+    def start_step(self, time: float) -> None:
         """Request the step."""
         self._slave.begin_program(self._program, time, self.length)
 

@@ -192,7 +192,7 @@ class Recorder:
         if self.scratch:
             self._write_here(count)
             return
-        self._stream.begin(partial(self._columns.piece, self.block, count), self._written)
+        self._stream.start_piece(partial(self._columns.piece, self.block, count), self._written)
         self.block, self._spare = self._spare, self.block
         self._rows, self._times = self.block.rows, self.block.times
 

@@ -24,12 +24,12 @@ _ATTEMPTS = 100  # to make a folder that others remove meanwhile
 
 
 class ResultsFolder:
-    """A results folder that no other run can use until its release. Made by `claim` and the like."""
+    """A results folder that no other run can use until it is unlocked. Made by `claim` and the like."""
 
-    def __init__(self, path: Path, made: list[Path], release: Release) -> None:
+    def __init__(self, path: Path, made: list[Path], unlock: Release) -> None:
         self.path = path
         self._made = made  # folders that were made for it, the outermost first
-        self._release: Release | None = release
+        self._unlock: Release | None = unlock
 
     def fill(self, record: Mapping[str, object]) -> None:
         """Write the record of a new run, in place of everything that an earlier run left; or raise InputError.
@@ -57,9 +57,9 @@ class ResultsFolder:
             raise
         shutil.rmtree(replaced, ignore_errors=True)
 
-    def release(self) -> None:
+    def unlock(self) -> None:
         """Let others use the folder; remove it if it was made for this run and nothing was written to it."""
-        if self._release is None:
+        if self._unlock is None:
             return
         if self._made and self.path.is_dir() and not _content(self.path):
             with suppress(OSError):
@@ -67,16 +67,16 @@ class ResultsFolder:
                     (self.path / name).unlink(missing_ok=True)
                 for folder in reversed(self._made):
                     folder.rmdir()
-        self._release()
-        self._release = None
+        self._unlock()
+        self._unlock = None
 
     def __enter__(self) -> Self:
         """Hold the folder inside the block."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Release it."""
-        self.release()
+        """Unlock it."""
+        self.unlock()
 
 
 def claim(folder: Path | str, *, overwrite: bool = False, numbered: bool = False) -> ResultsFolder:
@@ -150,7 +150,7 @@ def _claim_new(path: Path, overwrite: bool) -> ResultsFolder:
             if not overwrite:
                 raise _Taken(f"{path}: holds a run already; choose another folder, or replace it (--overwrite)")
     except BaseException:
-        folder.release()
+        folder.unlock()
         raise
     return folder
 
@@ -193,27 +193,27 @@ def _hold(path: Path, made: list[Path]) -> ResultsFolder | None:
     """Lock a folder that exists; None if it is in use, FileNotFoundError if it was removed meanwhile."""
     try:
         before = path.stat()
-        release = lock_folder(path)
+        unlock = lock_folder(path)
     except FileNotFoundError:
         raise
     except OSError:
         if not os.access(path, os.R_OK | os.X_OK):
             raise
-        release = _unlocked  # a file system without locks
-    if release is None:
+        unlock = _unlocked  # a file system without locks
+    if unlock is None:
         return None
     try:
         if not os.path.samestat(before, path.stat()):
             raise FileNotFoundError(path)
         _recover(path)
     except BaseException:
-        release()
+        unlock()
         raise
-    return ResultsFolder(path, made, release)
+    return ResultsFolder(path, made, unlock)
 
 
 def _unlocked() -> None:
-    """Release nothing."""
+    """Unlock nothing."""
 
 
 def _recover(path: Path) -> None:

@@ -36,7 +36,7 @@ class StreamWriter:
         self.busy = False  # whether a batch was begun that was not waited for
         self._thread: threading.Thread | None = None
 
-    def begin(self, make: Make, look: Look) -> None:
+    def start_piece(self, make: Make, look: Look) -> None:
         """Make a batch, write it and look at it, in the thread; `wait` comes before the next one."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name="write signals", daemon=True)

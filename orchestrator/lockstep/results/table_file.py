@@ -81,7 +81,7 @@ class Table:
             raise InputError(f"{self.file}: row {row + 1}: {name} {what}")
         return values
 
-    def plain(self, name: str) -> list[Any]:
+    def python_values(self, name: str) -> list[Any]:
         """Return a column as values of Python."""
         found: list[Any] = self.columns.column(name).to_pylist()
         return found

@@ -127,7 +127,7 @@ class Batches:
             batch = RemoteBatch(self._connection, self._places, parts, self)
             read = frozenset[str]().union(*(step.read for step in steps))
             joined = " + ".join(task.name for task in tasks)
-            begin = Request(requested=batch, call=batch.begin, component=joined)
+            begin = Request(requested=batch, call=batch.start_step, component=joined)
             finish = Answer(requested=batch, call=partial(_complete, batch), component=joined)
             self._made[key] = StartedStep(begin=(begin,), finish=(finish,), reads=read)
         yield tasks, self._made[key]

@@ -81,7 +81,7 @@ class Exchange:
         self._captures.clear()  # they are bound to the row of a recorder
         first: tuple[Block, ...] = ()
         if self._faults is not None:
-            first = ((self._faults.begin,),)
+            first = ((self._faults.at_tick,),)
         return Program(ticks=[(*first, *self._tick(tick, row, look)) for tick in range(self._layout.cycle)])
 
     def _tick(self, tick: int, row: NextRow, look: Callable[[], None]) -> Iterator[Block]:
@@ -130,7 +130,7 @@ class Exchange:
         buffer: Buffer = np.zeros(len(references), DTYPES[scalar])
         self.check(name, f"Get{scalar}", self._start, self._get(name, scalar, references, buffer)())
         if scalar == "Real" and not np.isfinite(buffer).all():
-            self._check_finite(name, references, buffer, self._inputs.begin)
+            self._check_finite(name, references, buffer, self._inputs.start_time)
         return buffer
 
     def fetch_present(self, name: str) -> None:
@@ -144,7 +144,7 @@ class Exchange:
     def set_initial(self, name: str) -> None:
         """Set the inputs whose producers' initial outputs have been fetched, and those of files."""
         for put in self._inputs.on_step(name, self._slaves[name], self.check):
-            put(self._inputs.begin)
+            put(self._inputs.start_time)
         for scalar in SCALARS:
             entries: dict[int, Any] = {}
             for link in self._layout.feeding[name]:
@@ -194,8 +194,8 @@ class Exchange:
         key = (
             task.name,
             advances,
-            *((id(link), layout.place(link.producer, link.scalar, newest)) for link, newest in renewed),
-            *(layout.place(task.name, scalar, version) for scalar in SCALARS),
+            *((id(link), layout.place_of(link.producer, link.scalar, newest)) for link, newest in renewed),
+            *(layout.place_of(task.name, scalar, version) for scalar in SCALARS),
         )
         if advances and self._batches is not None and task.name in self._joined:
             return self._batches.described(layout, task, tick, key, partial(self._sets, renewed))
@@ -252,7 +252,7 @@ class Exchange:
         layout, task = self._layout, self._layout.schedule.task
         parts = [(name, task(name).true_at(tick), by_scalar(refs)) for name, refs in layout.recorded.items()]
         parts += [(name, task(name).begun(tick), by_scalar(refs)) for name, refs in layout.held.items()]
-        key = tuple(layout.place(name, s, version) for name, version, refs in parts for s in refs)
+        key = tuple(layout.place_of(name, s, version) for name, version, refs in parts for s in refs)
         if key not in self._captures:
             index: dict[Scalar, NDArray[np.intp]] = {}
             for scalar in SCALARS:

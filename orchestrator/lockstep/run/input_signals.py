@@ -15,9 +15,9 @@ Action = Callable[[float], None]  # called with the simulated time [s]
 class InputSignals:
     """The inputs that files give. They are functions of time alone, so that there is no state to save."""
 
-    def __init__(self, parts: Sequence[InputPart], begin: float) -> None:
+    def __init__(self, parts: Sequence[InputPart], start_time: float) -> None:
         self._parts = parts
-        self.begin = begin  # [s], of the run: the time of the values during initialization
+        self.start_time = start_time  # [s], of the run: the time of the values during initialization
 
     def feed(self, component: str) -> bool:
         """Return whether a component has such inputs."""

@@ -57,7 +57,7 @@ class Pacer:
         """The start of the tick after that [s] simulated."""
         return float(self.numbers[WORST_AT])
 
-    def begin(self, first: float, interrupt: Interrupt) -> None:
+    def start(self, first: float, interrupt: Interrupt) -> None:
         """Start the clock: simulated time `first` is due now."""
         self._interrupt = interrupt
         self._first, self._origin = first, self._clock()

@@ -51,7 +51,7 @@ class RecordedRun:
         """Where the wall time of the loop goes."""
         return loop_time(self.loop, self.tasks)
 
-    def begin(self) -> None:
+    def start_clock(self) -> None:
         """Start the wall clock of the run."""
         self._started = perf_counter()
 

@@ -48,6 +48,6 @@ def requested_step(
             ended(asked)
 
     return StartedStep(
-        begin=(*begin, Request(requested=program, call=program.begin, component=name)),
+        begin=(*begin, Request(requested=program, call=program.start_step, component=name)),
         finish=(Answer(requested=program, call=complete, component=name), *finish),
     )

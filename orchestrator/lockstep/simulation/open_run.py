@@ -76,7 +76,7 @@ class OpenRun:
         """Whether a component has ended the run."""
         return self.run.terminated is not None
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Bind all calls of the ticks, and start the clocks."""
         self._bind()
         self.run.loop.pauses = [(tick, partial(self._save, tick)) for tick in self.saver.ticks]
@@ -90,7 +90,7 @@ class OpenRun:
         run.loop.bind(ticking, self._look)
         run.close_slaves.callback(run.loop.close)
         if pacer is not None:
-            pacer.begin(run.loop.time, self._pacer_interrupt)
+            pacer.start(run.loop.time, self._pacer_interrupt)
         exchange.on_end = run.loop.end_after_tick
 
     @property
@@ -119,7 +119,7 @@ class OpenRun:
         self.stepped, self.recorded_last = set(), False
         run.loop.pauses = [(later, partial(self._save, later)) for later in self.saver.ticks if later > tick]
         if run.pacer is not None:
-            run.pacer.begin(run.loop.time, self._pacer_interrupt)
+            run.pacer.start(run.loop.time, self._pacer_interrupt)
 
     def replace_recorder(self, saved: SavedRows) -> None:
         """Continue the file of the signals after these rows of it."""
@@ -289,7 +289,7 @@ def open_run(
         choice=choice,
         profile=options.profile,
     )
-    run.begin()
+    run.start_clock()
     try:
         recorder = open_files(plan, events, run.folder, restart, observed, scratch=options.scratch)
         run.recorder = recorder  # its threads are not raised
@@ -297,7 +297,7 @@ def open_run(
             thread = stack.enter_context(real_time_thread(*wanted))
             record["real_time"] = thread.record
             run.warnings += thread.warnings
-        opened.begin()
+        opened.start()
     except BaseException as error:
         opened.fail(error)
     return opened

@@ -20,7 +20,7 @@ from lockstep.ssp.documents.parse import parse
 from lockstep.ssp.documents.xml import ANNOTATION, DESCRIPTION, MAIN, NS, SSC, Element, Warnings, local_name, unique
 from lockstep.ssp.native_fmu import native_location
 from lockstep.ssp.parameter_bindings import Base, read_bindings
-from lockstep.ssp.signal_dictionary import Dictionary, bus, read_dictionaries
+from lockstep.ssp.signal_dictionary import Dictionary, read_bus, read_dictionaries
 from lockstep.ssp.tree import Branch, Bus, End, Leaf, Port, Wire, joined, with_more
 from lockstep.ssp.typed_values import TYPES, items_of, read_enumerations, read_hop, read_units, unit_named
 from lockstep.system.clock import nanoseconds
@@ -115,7 +115,7 @@ def _element(element: Element, document: Document, path: str, level: int) -> Lea
             if kind in (_SSD, _SSP):
                 return _referred(element, document, path, level)
             raise InputError(f"{path}: type {kind} is not supported; use {_FMU}, {_SSD} or {_SSP}")
-    return bus(path, str(element.get("dictionary")), _ports(element, document, path), document.dictionaries)
+    return read_bus(path, str(element.get("dictionary")), _ports(element, document, path), document.dictionaries)
 
 
 def _fmu(element: Element, document: Document, path: str, level: int) -> Leaf:

@@ -61,7 +61,7 @@ def _entries(
     return {str(e.get("name")): read_port(e, units, enumerations, f"{what}.{e.get('name')}", warnings) for e in entries}
 
 
-def bus(path: str, name: str, ports: Mapping[str, Port], dictionaries: Mapping[str, Dictionary]) -> Bus:
+def read_bus(path: str, name: str, ports: Mapping[str, Port], dictionaries: Mapping[str, Dictionary]) -> Bus:
     """Return a reference to a dictionary, its connectors being entries of it, or raise InputError."""
     if name not in dictionaries:
         near = compact(dictionaries) + suggestion(name, dictionaries)

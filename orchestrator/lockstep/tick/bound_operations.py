@@ -153,13 +153,13 @@ def _set(gather: Gather, transfer: Transfer) -> Action:
     take, index, buffer = gather.source.take, gather.index, gather.buffer
     call, judge = transfer.call, transfer.judge
 
-    def plain(time: float) -> None:
+    def unconverted(time: float) -> None:
         take(index, None, buffer, "clip")
         status = call()
         if status:
             judge(time, status)
 
-    return plain
+    return unconverted
 
 
 def _converted_set(gather: Gather, convert: Convert, transfer: Transfer) -> Action:
@@ -185,12 +185,12 @@ def _converted_set(gather: Gather, convert: Convert, transfer: Transfer) -> Acti
 def _transfer(transfer: Transfer) -> Action:
     call, judge = transfer.call, transfer.judge
 
-    def plain(time: float) -> None:
+    def unconverted(time: float) -> None:
         status = call()
         if status:
             judge(time, status)
 
-    return plain
+    return unconverted
 
 
 def _finite(finite: Finite) -> Action:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lockstep.tick.accounts import WAITING, Accounts
 from lockstep.tick.compiled import load, unit_of_stamps
 from lockstep.tick.operations import Action, Clock, Program, Rows, Times
-from lockstep.tick.pack import ProgramTable, address, pack
+from lockstep.tick.program_table import ProgramTable, address, table_of
 from lockstep.tick.python_tick import LOOK_INTERVAL
 from lockstep.tick.requests import Requests
 from lockstep.tick.step_threads import StepThreads, ThreadLimit
@@ -31,7 +31,7 @@ class CTick:
         library = load()
         self._run_library, self._step_library = library.tick_run, library.tick_step
         self._accounts = Accounts(program)
-        self._table, self._program = pack(program, self._accounts), program
+        self._table, self._program = table_of(program, self._accounts), program
         self._clock, self._rows = clock, rows
         self._state = state = _state(self._table, times, first)
         self._address = addressof(state)

@@ -11,7 +11,7 @@ from typing import Any
 from lockstep.errors import RunError
 from lockstep.processes.cpu_affinity import core_assignment
 from lockstep.tick.operations import Requested
-from lockstep.tick.pack import Packed
+from lockstep.tick.program_table import Packed
 from lockstep.tick.structures import Kind, TickState
 
 

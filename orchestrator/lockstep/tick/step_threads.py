@@ -13,7 +13,7 @@ from lockstep.interrupt import PATIENCE
 from lockstep.operating_system import available_cores
 from lockstep.tick.bound_operations import action
 from lockstep.tick.operations import Begin, Block, Finish, Program, Step
-from lockstep.tick.pack import ProgramTable
+from lockstep.tick.program_table import ProgramTable
 from lockstep.tick.structures import TickState
 from lockstep.tick.thread_choice import ThreadChoice
 from lockstep.tick.threads import Jobs

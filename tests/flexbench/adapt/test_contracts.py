@@ -68,4 +68,4 @@ def test_flat_variant_needs_an_adapter_for_its_names_only(models: dict[str, Mode
     assert not comparison.missing
     assert not comparison.unfed
     assert {line for served in comparison.adapted for line in served.work} == {"named differently"}
-    assert {s.port.name for s in comparison.direct} == {"as_published", "design", "open_loop"}
+    assert {s.port.name for s in comparison.served_directly} == {"as_published", "design", "open_loop"}

@@ -27,7 +27,7 @@ def stepped(design, plant, x, inputs):
     drift = -design.plant.mass_matrix[:3, 6:] @ x[index.modal_velocity] / design.plant.mass_matrix[0, 0]
     state.mrp = tuple(x[index.mrp])
     state.momentum[:] = inertia * (design.model.nominal_speed + x[index.wheel_speed])
-    nonlinear.place(
+    nonlinear.set_motion(
         plant, state, np.concatenate([x[index.modal_displacement], drift, x[index.rate], x[index.modal_velocity]])
     )
     outputs = nonlinear.step(plant, state, inputs)

@@ -84,7 +84,7 @@ def work(model: Model) -> set[tuple[str, str]]:
 def test_equal_names_and_units_are_served_directly() -> None:
     comparison = compare(CONTRACT, serving())  # N.m under another name is the same unit
 
-    assert [served.port for served in comparison.direct] == list(CONTRACT.ports)
+    assert [served.port for served in comparison.served_directly] == list(CONTRACT.ports)
     assert not comparison.adapted
     assert not comparison.missing
     assert not comparison.unfed

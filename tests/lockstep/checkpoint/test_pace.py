@@ -36,7 +36,7 @@ def paced(pace, works, tick=0.01, first=0.0):
     """Run ticks that take so long each; return the pacer, the clock and when each tick began, from the start on."""
     clock = Clock()
     pacer = Pacer(pace, clock, clock.sleep)
-    pacer.begin(first, Interrupt())
+    pacer.start(first, Interrupt())
     start, began = clock.now, []
     for k, work in enumerate(works):
         pacer(first + k * tick)
@@ -100,7 +100,7 @@ def test_ctrl_c_ends_a_long_wait():
     pacer = Pacer(
         1.0, clock, lambda seconds: (clock.sleep(seconds), setattr(interrupt, "requested", len(clock.slept) > 3))
     )
-    pacer.begin(0.0, interrupt)
+    pacer.start(0.0, interrupt)
     with pytest.raises(KeyboardInterrupt):
         pacer(3600.0)
     assert len(clock.slept) == 4

@@ -256,7 +256,7 @@ def test_a_worker_started_later_may_run_on_all_cores(worker, machine):
     one = worker(assignment)
     machine.interval(assignment, [one])
     assert pinned(one) == [True]
-    assignment.release()
+    assignment.give_back()
     other = worker(assignment)
     assert os.sched_getaffinity(0) == os.sched_getaffinity(one.pid) == os.sched_getaffinity(other.pid) == ALL
     machine.interval(assignment, [one, other])

@@ -57,7 +57,7 @@ def test_what_a_run_without_a_result_made_is_removed_and_nothing_else(tmp_path):
         (tmp_path / "empty").mkdir()
         with claim(tmp_path / "empty"):
             pass
-    inner.release()  # again, which does nothing
+    inner.unlock()  # again, which does nothing
     assert (names(tmp_path), names(tmp_path / "a")) == (["a", "empty"], ["mine"])
 
 

@@ -11,7 +11,7 @@ from lockstep import Component, System, simulate
 from lockstep.run.real_time_pacing import PACE, Pacer
 from lockstep.tick.accounts import Accounts
 from lockstep.tick.operations import Pace, Program
-from lockstep.tick.pack import pack
+from lockstep.tick.program_table import table_of
 from lockstep.tick.structures import Kind
 from lockstep.tick.thread_choice import ThreadChoice
 
@@ -53,7 +53,7 @@ def test_late_ticks_are_counted_and_shift_none_after_them(fmu, tick):
 def test_a_wait_is_an_operation_of_c_on_the_real_clock_alone():
     def kind(pacer):
         program = Program(ticks=[((pacer.operation(),),)])
-        return pack(program, Accounts(program)).entries[0].kind
+        return table_of(program, Accounts(program)).entries[0].kind
 
     assert isinstance(Pacer(1.0).operation(), Pace)
     assert kind(Pacer(1.0)) == Kind.PACE

@@ -125,7 +125,7 @@ def step(prepared: PreparedManager, state: ManagerState, time: float, inputs: Ma
         ),
     )
     if began:
-        off_loading.begin(prepared.off_loading, unload, time)
+        off_loading.start_unloading(prepared.off_loading, unload, time)
     if state.thrusters.count % prepared.thrusters.steps == 0:
         if state.modes.mode == mode_logic.OFF_LOAD:
             off_loading.plan(prepared.off_loading, unload, time, state.momentum)

@@ -55,7 +55,7 @@ def init(thrusters: int) -> OffLoadingState:
     return OffLoadingState(until=0.0, owed=np.zeros(3), command=np.zeros(thrusters))
 
 
-def begin(prepared: PreparedOffLoading, state: OffLoadingState, time: float) -> None:
+def start_unloading(prepared: PreparedOffLoading, state: OffLoadingState, time: float) -> None:
     """Begin an off-loading at `time` [s]."""
     state.until = time + prepared.duration
     state.owed[:] = 0.0

@@ -41,7 +41,7 @@ def turned_state(
     turned = plant.init(after)
     turned.mrp = state.mrp
     turned.momentum[:], turned.angle[:] = state.momentum, state.angle
-    plant.place(after, turned, np.concatenate([eta, np.linalg.solve(new.mass, momenta)]))
+    plant.set_motion(after, turned, np.concatenate([eta, np.linalg.solve(new.mass, momenta)]))
     turned.work.moving[2 * m :] = momenta[:6]
     turned.speed[:] = plant.feed_through(after, turned, inputs, friction).wheel_speed
     return turned

@@ -189,7 +189,7 @@ def sampling_note(sampling: str) -> str:
     return ""
 
 
-def plain(found: Sequence[Evaluation]) -> list[dict[str, Any]]:
+def plain_values(found: Sequence[Evaluation]) -> list[dict[str, Any]]:
     """Return everything as plain values in SI, for JSON; null where there is no number."""
     return [_plain(one) for one in found]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from flexbench.campaign.samples import CampaignResults, load_samples
 from flexbench.campaign.statistics.evaluation import Evaluation
-from flexbench.campaign.statistics.tables import answer, plain
+from flexbench.campaign.statistics.tables import answer, plain_values
 from flexbench.runs.json_file import write_json
 from flexbench.runs.run_folder import refuse_own_file
 from lockstep import InputError, RunError
@@ -54,4 +54,4 @@ def write_campaign_page(folder: Path, out: Path | None = None) -> tuple[list[Pat
 
 def statistics(results: CampaignResults, found: Sequence[Evaluation]) -> dict[str, Any]:
     """Return all numbers of a campaign as plain values, in SI."""
-    return {"campaign": results.name, "answer": answer(found), "systems": plain(found)}
+    return {"campaign": results.name, "answer": answer(found), "systems": plain_values(found)}

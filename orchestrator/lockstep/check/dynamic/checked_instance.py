@@ -109,7 +109,7 @@ class CheckedInstance:
     def library_text(self, name: str) -> bytes:
         """Return what a function without arguments answers, such as GetVersion."""
         library = self._slave.instance.library
-        text: bytes = library.function(f"{library.begin}{name}", returns=c_char_p)()
+        text: bytes = library.function(f"{library.function_prefix}{name}", returns=c_char_p)()
         return text
 
     def logged(self) -> str:

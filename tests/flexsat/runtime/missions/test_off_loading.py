@@ -23,7 +23,7 @@ def prepared(**given: float) -> PreparedOffLoading:
 def fly(programme: PreparedOffLoading, momentum: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the torque of each period, (periods, 3), and the momentum at the end, with perfect thrusters."""
     state = off_loading.init(12)
-    off_loading.begin(programme, state, 0.0)
+    off_loading.start_unloading(programme, state, 0.0)
     wrench, torques = np.linalg.pinv(programme.shares) * 2.0, []
     momentum = momentum.copy()
     for k in range(round(seconds / PERIOD)):
@@ -62,7 +62,7 @@ def test_more_than_the_thrusters_give_is_spread_over_twice_the_time():
     assert_allclose(torques[:, 0], -MOST, rtol=1e-12)
     assert_allclose(left[0], 3.0 - MOST * 10.0, rtol=1e-9)
     state = off_loading.init(12)
-    off_loading.begin(programme, state, 0.0)
+    off_loading.start_unloading(programme, state, 0.0)
     assert not off_loading.is_done(programme, state, 10.0, left)
     assert off_loading.is_done(programme, state, 20.0, left)
     assert off_loading.is_done(programme, state, 10.0, np.full(3, 0.019))

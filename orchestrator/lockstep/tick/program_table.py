@@ -77,7 +77,7 @@ class ProgramTable:
     sizes: dict[int, int]  # how many operations each block has, by identity
 
 
-def pack(program: Program, accounts: Accounts) -> ProgramTable:
+def table_of(program: Program, accounts: Accounts) -> ProgramTable:
     """Return the table of a program; equal ticks share their part of it."""
     entries: list[Packed] = []
     jobs: dict[str, int] = {}
