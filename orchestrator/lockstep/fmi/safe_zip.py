@@ -93,7 +93,13 @@ def extract(archive: zipfile.ZipFile, folder: Path, name: str) -> None:
 def copy_extracted(extracted: Path, folder: Path, name: str) -> None:
     """Copy what was extracted to a new folder, a tenth of the work of extracting it; raise TemporaryFolderError."""
     with _unpacking(folder, name):
-        shutil.copytree(extracted, folder, copy_function=shutil.copyfile)
+        folder.mkdir(parents=True)
+        for path in extracted.rglob("*"):  # copytree would go on after an error, and name each file
+            target = folder / path.relative_to(extracted)
+            if path.is_dir():
+                target.mkdir()
+            else:
+                shutil.copyfile(path, target)
 
 
 @contextmanager

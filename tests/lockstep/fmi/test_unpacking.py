@@ -3,6 +3,8 @@
 import hashlib
 import zipfile
 
+import pytest
+
 from lockstep import Component
 from lockstep.fmi import safe_zip
 from lockstep.fmi.library import unpack_fmu
@@ -52,3 +54,22 @@ def test_a_file_is_hashed_again_when_it_may_have_changed(tmp_path, monkeypatch):
     path.unlink()
     path.write_bytes(b"six")  # of the same size
     assert digest(path) != settled
+
+
+def test_a_copy_holds_what_was_unpacked_and_a_copy_that_fails_names_its_first_reason_alone(tmp_path):
+    unpacked = tmp_path / "unpacked"
+    (unpacked / "resources" / "empty").mkdir(parents=True)
+    (unpacked / "resources" / "data").write_bytes(b"\0\1")
+    safe_zip.copy_extracted(unpacked, tmp_path / "copy", "a.fmu")
+    there = {path.relative_to(tmp_path / "copy").as_posix() for path in (tmp_path / "copy").rglob("*")}
+
+    assert there == {"resources", "resources/data", "resources/empty"}
+    assert (tmp_path / "copy/resources/data").read_bytes() == b"\0\1"
+    for name in ("first", "second"):
+        (unpacked / name).symlink_to("gone")
+    with pytest.raises(safe_zip.TemporaryFolderError) as raised:
+        safe_zip.copy_extracted(unpacked, tmp_path / "again", "a.fmu")
+    assert str(raised.value) == (
+        f"a.fmu: cannot be unpacked to {tmp_path / 'again'} (No such file or directory); "
+        "free space there, or set TMPDIR to another folder"
+    )
