@@ -292,3 +292,15 @@ def without_effect(make: Callable[[str], Instance], component: str) -> list[str]
         if all(np.array_equal(there[name], values) for name, values in runs[key].items()):
             silent.append(port.name)
     return silent
+
+
+def differences(make: Callable[[str], Instance], component: str, form: AsPorts, limit: float = 0.0) -> dict[str, float]:
+    """Return outputs that differ by more than a limit of their largest value where numbers are given in a form."""
+    by_order = component == "thrusters" and isinstance(form, InOtherOrder)
+    settings = {"thrust.noise": 0.0} if by_order else {}  # which is drawn for one thruster after the other
+    expected, found = fly(make(component), component, settings), fly(make(component), component, settings, form)
+    worst = {
+        name: float(np.max(np.abs(found[name] - values)) / max(1e-30, np.max(np.abs(values))))
+        for name, values in expected.items()
+    }
+    return {name: value for name, value in worst.items() if not value <= limit}  # not a number differs, too
