@@ -41,7 +41,7 @@ class AccessPlans:
     def keep_write(
         self, kind: Kind, vrs: list[int], writer: Callable[..., None], admits: Admits, feeds_on_demand: bool
     ) -> None:
-        """Keep a writer; `admits` says of reals, at each call, whether they can be written without a word."""
+        """Keep a writer; `admits` says at each call whether reals can be written without a further check."""
         if kind == "real":
             self.writes[vrs[0], len(vrs)] = (vrs, writer, admits)
         elif kind == "boolean" and not feeds_on_demand:
